@@ -1,0 +1,2 @@
+//! The `monorange` command.
+fn main() {}

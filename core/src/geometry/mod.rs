@@ -1,0 +1,10 @@
+//! Pixel ↔ ray ↔ floor ↔ range and bearing, and plane poses.
+mod camera;
+mod mount;
+mod pose;
+mod range_finder;
+
+pub use camera::{Camera, Distortion};
+pub use mount::{MOUNT_PARAMETERS, Mount};
+pub use pose::{Pose, wrap_angle};
+pub use range_finder::{NoFloor, RangeFinder, Sighting, range_bearing_by_floor, range_bearing_from_floor};

@@ -1,0 +1,4 @@
+//! Grey pictures by rows.
+mod grey;
+
+pub use grey::Grey;

@@ -1,0 +1,1 @@
+//! Synthetic floors, walls, doors and walkers with exact truth.

@@ -1,0 +1,1 @@
+//! Cross-crate tests of monorange live in the files beside this one.
