@@ -1,2 +1,30 @@
-//! `cargo xtask`: set-up, demo, test, bench.
-fn main() {}
+//! `cargo xtask`: everything that is more than one cargo command. Each task does its own set-up.
+mod demo;
+mod setup;
+mod shell;
+mod test;
+
+use clap::{Parser, Subcommand};
+
+/// Set-up, demo and tests of monorange; each command installs what it needs or says exactly what to install.
+#[derive(Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask")]
+struct Arguments {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// The main job: simulate a corridor, map it from its pictures, write and name the report
+    Demo(demo::Options),
+    /// Every check: formatting, lints, tests, and the core built for microcontroller and browser
+    Test,
+}
+
+fn main() -> anyhow::Result<()> {
+    match Arguments::parse().task {
+        Task::Demo(options) => demo::run(&options),
+        Task::Test => test::run(),
+    }
+}

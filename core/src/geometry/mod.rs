@@ -4,6 +4,9 @@ mod mount;
 mod pose;
 mod range_finder;
 
+#[cfg(test)]
+mod jacobian_tests;
+
 pub use camera::{Camera, Distortion};
 pub use mount::{MOUNT_PARAMETERS, Mount};
 pub use pose::{Pose, wrap_angle};

@@ -1,0 +1,33 @@
+//! Running other programs, aloud.
+use anyhow::{Context, Result, ensure};
+use std::ffi::OsStr;
+use std::path::PathBuf;
+use std::process::Command;
+
+/// The workspace's root folder.
+pub(crate) fn root() -> PathBuf {
+    let xtask = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+    xtask.parent().map(PathBuf::from).unwrap_or(xtask)
+}
+
+/// The command `program arguments…`, to be run in the workspace's root.
+pub(crate) fn command<A: AsRef<OsStr>>(program: &str, arguments: impl IntoIterator<Item = A>) -> Command {
+    let mut command = Command::new(program);
+    command.args(arguments).current_dir(root());
+    command
+}
+
+/// The command `cargo words…`, the words separated by spaces.
+pub(crate) fn cargo(words: &str) -> Command {
+    command(&std::env::var("CARGO").unwrap_or_else(|_| "cargo".into()), words.split_whitespace())
+}
+
+/// Runs a command after printing it; its output goes where ours goes.
+pub(crate) fn run(command: &mut Command) -> Result<()> {
+    let words: Vec<_> = [command.get_program()].into_iter().chain(command.get_args()).collect();
+    let line = words.iter().map(|word| word.to_string_lossy()).collect::<Vec<_>>().join(" ");
+    eprintln!("\n▸ {line}");
+    let status = command.status().with_context(|| format!("cannot start `{line}`"))?;
+    ensure!(status.success(), "`{line}` failed ({status})");
+    Ok(())
+}

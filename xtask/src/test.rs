@@ -1,0 +1,37 @@
+//! `cargo xtask test`: what CI runs.
+use crate::{setup, shell};
+use anyhow::Result;
+use std::time::Instant;
+
+pub(crate) fn run() -> Result<()> {
+    let stages: [(&str, fn() -> Result<()>); 3] =
+        [("format and lints", lints), ("tests", tests), ("core on bare targets", bare_targets)];
+    for (name, stage) in stages {
+        let start = Instant::now();
+        stage()?;
+        eprintln!("✓ {name} ({:.0} s)", start.elapsed().as_secs_f64());
+    }
+    Ok(())
+}
+
+fn lints() -> Result<()> {
+    shell::run(&mut shell::cargo("fmt --all --check"))?;
+    shell::run(&mut shell::cargo("clippy --all-targets --quiet -- -D warnings"))
+}
+
+fn tests() -> Result<()> {
+    shell::run(&mut shell::cargo("test"))
+}
+
+/// The core without a standard library, as a microcontroller and a browser build it.
+fn bare_targets() -> Result<()> {
+    for triple in ["thumbv7em-none-eabihf", "wasm32-unknown-unknown"] {
+        setup::rust_target(triple)?;
+        for features in ["", "--features sift"] {
+            let words =
+                format!("build --quiet -p monorange-core --no-default-features {features} --target {triple}");
+            shell::run(&mut shell::cargo(&words))?;
+        }
+    }
+    Ok(())
+}
