@@ -4,13 +4,15 @@ use anyhow::Result;
 use std::time::Instant;
 
 pub(crate) fn run() -> Result<()> {
-    let stages: [(&str, fn() -> Result<()>); 3] =
-        [("format and lints", lints), ("tests", tests), ("core on bare targets", bare_targets)];
-    for (name, stage) in stages {
-        let start = Instant::now();
-        stage()?;
-        eprintln!("✓ {name} ({:.0} s)", start.elapsed().as_secs_f64());
-    }
+    stage("format and lints", lints)?;
+    stage("tests", tests)?;
+    stage("core on bare targets", bare_targets)
+}
+
+fn stage(name: &str, checks: fn() -> Result<()>) -> Result<()> {
+    let start = Instant::now();
+    checks()?;
+    eprintln!("✓ {name} ({:.0} s)", start.elapsed().as_secs_f64());
     Ok(())
 }
 
