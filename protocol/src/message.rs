@@ -24,6 +24,7 @@ macro_rules! messages {
     ($(#[$doc:meta])* $name:ident { $($(#[$what:meta])* $variant:ident($payload:ty) = $kind:literal,)* }) => {
         $(#[$doc])*
         #[derive(Clone, Debug, PartialEq)]
+        #[allow(clippy::large_enum_variant, reason = "without a heap the largest one needs its place anyway")]
         pub enum $name<'a> {
             $($(#[$what])* $variant($payload),)*
         }

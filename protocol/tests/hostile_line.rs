@@ -28,7 +28,10 @@ fn frame_of(kind: u8, sequence: u16, payload: &[u8]) -> Vec<u8> {
     frame::encode(kind, sequence, &Raw(payload), &mut line).unwrap().to_vec()
 }
 
-fn heard(line: &[u8]) -> (Vec<(u8, u16, Vec<u8>)>, Vec<Damage>) {
+/// Kind, sequence number, payload.
+type Heard = (u8, u16, Vec<u8>);
+
+fn heard(line: &[u8]) -> (Vec<Heard>, Vec<Damage>) {
     let (mut deframer, mut frames, mut damages) = (Deframer::new(), vec![], vec![]);
     for byte in line {
         match deframer.push(*byte) {
