@@ -1,0 +1,272 @@
+//! What a frame's rays can meet, sorted by direction.
+use super::figure::Part;
+use super::lens::{BINS, Lens, azimuth_of, bin_of};
+use crate::scene::Scene;
+use crate::walker::Walker;
+use monorange_core::geometry::{Pose, RangeFinder};
+use nalgebra::{Vector2, Vector3};
+
+/// A wall seen from the lens, turned into the robot's axes.
+struct Face {
+    from: Vector2<f32>,
+    to: Vector2<f32>,
+    /// from × to, positive for a face that is seen from its free side.
+    cross: f32,
+    top: f32,
+    wall: u16,
+}
+
+/// The flat top of a piece of furniture.
+struct Lid {
+    corners: [Vector2<f32>; 4],
+    height: f32,
+}
+
+/// Scene and walkers from one robot pose.
+pub(crate) struct View {
+    /// Lens above the floor, m.
+    pub(super) height: f32,
+    ceiling: f32,
+    /// Lens in the world.
+    pub(super) lens: Vector2<f32>,
+    pub(super) cos: f32,
+    pub(super) sin: f32,
+    faces: Vec<Face>,
+    lids: Vec<Lid>,
+    pub(super) parts: Vec<Part>,
+    /// For each bin, where its candidates begin in `items`.
+    first: Vec<u32>,
+    items: Vec<Item>,
+}
+
+#[derive(Clone, Copy)]
+enum Item {
+    Face(u16),
+    Lid(u16),
+    Part(u16),
+}
+
+/// The things that the rays of one bin can meet, besides floor and ceiling.
+#[derive(Clone, Copy)]
+pub(super) struct Candidates<'a>(&'a [Item]);
+
+/// The first thing on a ray.
+#[derive(Clone, Copy)]
+pub(super) struct Hit {
+    /// Depth along the ray, in units of its direction.
+    pub(super) depth: f32,
+    pub(super) thing: Thing,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Thing {
+    Floor,
+    Ceiling,
+    /// A wall, and where along it as a fraction.
+    Wall(u16, f32),
+    Lid(u16),
+    Part(u16),
+}
+
+impl View {
+    pub(crate) fn new(
+        lens: &Lens,
+        rig: &RangeFinder<f64>,
+        scene: &Scene,
+        walkers: &[Walker],
+        pose: &Pose<f64>,
+    ) -> Self {
+        let eye = pose.transform(rig.mount().lever_arm());
+        let from_world = pose.rotation().transpose();
+        let seen = |place: Vector2<f64>| from_world * (place - eye);
+        let mut sorter = Sorter { lens, entries: Vec::new(), limits: vec![f64::MAX; BINS] };
+        let height = rig.mount().height();
+
+        let mut faces = Vec::new();
+        for (index, wall) in scene.walls.iter().enumerate() {
+            let (from, to) = (seen(wall.from), seen(wall.to));
+            if from.perp(&to) <= 0.0 {
+                continue; // seen from behind
+            }
+            let hides = wall.top >= scene.ceiling;
+            sorter.add_face(Item::Face(faces.len() as u16), from, to, hides);
+            let (from, to) = (from.cast::<f32>(), to.cast::<f32>());
+            faces.push(Face { from, to, cross: from.perp(&to), top: wall.top as f32, wall: index as u16 });
+        }
+        let mut lids = Vec::new();
+        for lid in scene.lids.iter().filter(|lid| lid.height < height) {
+            let corners = lid.corners.map(seen);
+            let radius = corners.iter().map(|corner| (corner - corners[0]).norm()).fold(0.0, f64::max);
+            sorter.add_disc(Item::Lid(lids.len() as u16), corners[0], radius);
+            lids.push(Lid { corners: corners.map(|corner| corner.cast()), height: lid.height as f32 });
+        }
+        let mut parts = Vec::new();
+        for (person, walker) in walkers.iter().enumerate() {
+            for (part, reach) in Part::of(walker, person, seen, pose.heading, height) {
+                sorter.add_disc(Item::Part(parts.len() as u16), reach.0, reach.1);
+                parts.push(part);
+            }
+        }
+        let (first, items) = sorter.sorted();
+        Self {
+            height: height as f32,
+            ceiling: scene.ceiling as f32,
+            lens: eye.cast(),
+            cos: libm::cos(pose.heading) as f32,
+            sin: libm::sin(pose.heading) as f32,
+            faces,
+            lids,
+            parts,
+            first,
+            items,
+        }
+    }
+
+    /// `None` for a pixel without a ray.
+    #[inline]
+    pub(super) fn candidates(&self, bin: u16) -> Option<Candidates<'_>> {
+        let bin = usize::from(bin);
+        let (first, last) = (*self.first.get(bin)?, *self.first.get(bin + 1)?);
+        self.items.get(first as usize..last as usize).map(Candidates)
+    }
+
+    /// The first thing on the ray.
+    #[inline]
+    pub(super) fn hit(&self, direction: &Vector3<f32>, candidates: Candidates<'_>) -> Hit {
+        let mut hit = if direction.z < 0.0 {
+            Hit { depth: self.height / -direction.z, thing: Thing::Floor }
+        } else {
+            Hit { depth: (self.ceiling - self.height) / direction.z.max(1e-9), thing: Thing::Ceiling }
+        };
+        let plan = direction.xy();
+        for item in candidates.0 {
+            match *item {
+                Item::Face(index) => {
+                    let face = &self.faces[usize::from(index)];
+                    // Both vertices' cross products: neighbours share them bit by bit, so nothing leaks through.
+                    let (after, before) = (face.from.perp(&plan), plan.perp(&face.to));
+                    if after < 0.0 || before < 0.0 {
+                        continue;
+                    }
+                    let depth = face.cross / (after + before);
+                    if depth < hit.depth && self.height + depth * direction.z <= face.top {
+                        hit = Hit { depth, thing: Thing::Wall(face.wall, after / (after + before)) };
+                    }
+                }
+                Item::Lid(index) => {
+                    let lid = &self.lids[usize::from(index)];
+                    if direction.z >= 0.0 {
+                        continue;
+                    }
+                    let depth = (self.height - lid.height) / -direction.z;
+                    let point = plan * depth;
+                    let inside = (0..4).all(|k| {
+                        let (from, to) = (lid.corners[k], lid.corners[(k + 1) % 4]);
+                        (to - from).perp(&(point - from)) >= 0.0
+                    });
+                    if depth < hit.depth && inside {
+                        hit = Hit { depth, thing: Thing::Lid(index) };
+                    }
+                }
+                Item::Part(index) => {
+                    let part = &self.parts[usize::from(index)];
+                    if let Some(depth) = part.depth(direction, self.height)
+                        && depth < hit.depth
+                    {
+                        hit = Hit { depth, thing: Thing::Part(index) };
+                    }
+                }
+            }
+        }
+        hit
+    }
+
+    /// A point of the robot's axes at the lens, in the world.
+    #[inline]
+    pub(super) fn in_world(&self, point: Vector2<f32>) -> Vector2<f32> {
+        self.lens
+            + Vector2::new(self.cos * point.x - self.sin * point.y, self.sin * point.x + self.cos * point.y)
+    }
+
+    /// A direction of the robot's axes, in the world.
+    #[inline]
+    pub(super) fn turned(&self, step: Vector2<f32>) -> Vector2<f32> {
+        Vector2::new(self.cos * step.x - self.sin * step.y, self.sin * step.x + self.cos * step.y)
+    }
+}
+
+/// Puts things into the bins that can see them.
+struct Sorter<'a> {
+    lens: &'a Lens,
+    /// (bin, nearest distance, thing)
+    entries: Vec<(u16, f64, Item)>,
+    /// For each bin, the farthest point of the nearest wall that fills it: what is farther is hidden.
+    limits: Vec<f64>,
+}
+
+impl Sorter<'_> {
+    fn add_face(&mut self, item: Item, from: Vector2<f64>, to: Vector2<f64>, hides: bool) {
+        let along = to - from;
+        let fraction = (-from.dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
+        let near = libm::sqrt((from + along * fraction).norm_squared());
+        let far = libm::sqrt(from.norm_squared().max(to.norm_squared()));
+        let start = libm::atan2(from.y, from.x);
+        let end = start + libm::atan2(from.perp(&to), from.dot(&to));
+        let margin = self.lens.margin;
+        self.each_bin(start - margin, end + margin, |sorter, bin, low, high| {
+            sorter.entries.push((bin as u16, near, item));
+            if hides && low - margin >= start && high + margin <= end {
+                sorter.limits[bin] = sorter.limits[bin].min(far);
+            }
+        });
+    }
+
+    fn add_disc(&mut self, item: Item, centre: Vector2<f64>, radius: f64) {
+        let distance = libm::sqrt(centre.norm_squared());
+        let half =
+            if distance > radius { libm::asin(radius / distance) } else { core::f64::consts::PI * 0.999 };
+        let middle = libm::atan2(centre.y, centre.x);
+        let margin = self.lens.margin;
+        self.each_bin(middle - half - margin, middle + half + margin, |sorter, bin, _, _| {
+            sorter.entries.push((bin as u16, (distance - radius).max(0.0), item));
+        });
+    }
+
+    /// Calls with every used bin between two azimuths, and the bin's edges in the same turn as `start`.
+    fn each_bin(&mut self, start: f64, end: f64, mut visit: impl FnMut(&mut Self, usize, f64, f64)) {
+        let width = core::f64::consts::TAU / BINS as f64;
+        let first = monorange_core::geometry::wrap_angle(start);
+        let shift = start - first;
+        let first = bin_of(first);
+        let origin = azimuth_of(first) + shift;
+        let count = (((end - origin) / width) as usize + 1).min(BINS);
+        for step in 0..count {
+            let bin = (first + step) % BINS;
+            if self.lens.used[bin] {
+                let low = origin + step as f64 * width;
+                visit(self, bin, low, low + width);
+            }
+        }
+    }
+
+    /// For each bin the start of its things, and the things.
+    fn sorted(self) -> (Vec<u32>, Vec<Item>) {
+        let limits = self.limits;
+        let mut seen: Vec<(u16, Item)> = Vec::with_capacity(self.entries.len());
+        seen.extend(
+            self.entries
+                .into_iter()
+                .filter(|(bin, near, _)| *near <= limits[usize::from(*bin)])
+                .map(|(bin, _, item)| (bin, item)),
+        );
+        let mut first = vec![0_u32; BINS + 1];
+        for (bin, _) in &seen {
+            first[usize::from(*bin) + 1] += 1;
+        }
+        for bin in 0..BINS {
+            first[bin + 1] += first[bin];
+        }
+        seen.sort_by_key(|(bin, _)| *bin);
+        (first, seen.into_iter().map(|(_, item)| item).collect())
+    }
+}
