@@ -31,3 +31,6 @@ pub fn real_data(name: &str) -> Option<PathBuf> {
     eprintln!("SKIPPED: this check needs the real data in {}", folder.display());
     None
 }
+mod noise;
+
+pub use noise::Noise;

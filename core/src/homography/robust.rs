@@ -155,15 +155,15 @@ impl<'a, T: Real> Problem<'a, T> {
                 continue;
             }
             let score = if stride > 1 { scorer.score(self.matches, 1) } else { preview };
-            if best.is_some() && score <= best_score {
+            if !(score > best_score) {
                 continue;
             }
             let (matrix, score) = self.optimise(matrix, score);
             let scorer = self.scorer(&matrix);
             (best, best_score, best_preview) = (Some(matrix), score, scorer.score(self.matches, stride));
             let share = scorer.support(self.matches) / T::lit(count as f64);
-            let hit = (share * share * share * share).min(T::lit(0.999));
-            let enough = miss / (T::one() - hit).ln();
+            let hit = (share * share * share * share).max(T::lit(1e-9)).min(T::lit(0.999));
+            let enough = miss / (-hit).ln_1p();
             let limit = T::lit(f64::from(config.max_samples));
             needed = if enough < limit { enough.to_f64() as u32 + 1 } else { config.max_samples };
         }
@@ -200,8 +200,9 @@ impl<'a, T: Real> Problem<'a, T> {
         let third = centre.z.max(T::default_epsilon());
         let magnification2 = (matrix.determinant() / (third * third * third)).abs();
         let variance = self.variances.1 + self.variances.0 * magnification2;
-        let odds = self.area / (T::two_pi() * variance);
-        let log_odds = odds.max(T::lit(2.0)).ln();
+        let log_odds = (self.area / (T::two_pi() * variance)).ln();
+        // An M that magnifies the noise to the size of the picture explains any match, and so none.
+        let log_odds = if log_odds > T::lit(3.0) { log_odds } else { T::zero() };
         Scorer { matrix: *matrix, log_odds, half_information: T::lit(0.5) / variance }
     }
 
