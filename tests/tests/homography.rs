@@ -60,7 +60,10 @@ fn solve<T: Real>(problem: &Problem) -> (HomographyEstimate<T>, Vec<T>) {
     let matches: Vec<Match<T>> = problem.matches.iter().map(narrowed).collect();
     let mut posteriors = vec![T::zero(); matches.len()];
     let found = estimate_homography(&HomographyConfig::default(), &matches, &mut posteriors);
-    (found.unwrap_or_else(|e| panic!("{e} {} {} {}", problem.sigma, problem.truth, matches.len())), posteriors)
+    (
+        found.unwrap_or_else(|e| panic!("{e} {} {} {}", problem.sigma, problem.truth, matches.len())),
+        posteriors,
+    )
 }
 
 /// eᵀ Σ⁻¹ e in the eight coordinates of the picture's corners carried over: the same number, to first order, as
@@ -115,11 +118,8 @@ fn covariance_is_consistent_over_noise_outliers_and_scalars() {
                 }
                 (all, all_points, problems) = (all + sum, all_points + sum_points, problems + trials);
                 let (mean, mean_points) = (sum / trials as f64, sum_points / trials as f64);
-                writeln!(
-                    table,
-                    "{scalar} {right:9} {wrong:5} {sigma:8} {mean:8.2} {mean_points:14.2}"
-                )
-                .expect("a string");
+                writeln!(table, "{scalar} {right:9} {wrong:5} {sigma:8} {mean:8.2} {mean_points:14.2}")
+                    .expect("a string");
             }
         }
         let (mean, mean_points) = (all / problems as f64, all_points / problems as f64);
@@ -154,11 +154,13 @@ fn four_to_eight_matches_give_an_honest_covariance() {
 
 /// Points near the corners and the middles of the sides: few, but well spread.
 fn spread_problem(noise: &mut Noise, count: usize, sigma: f64) -> Problem {
-    let places = [[0.1, 0.1], [0.9, 0.1], [0.9, 0.9], [0.1, 0.9], [0.5, 0.1], [0.5, 0.9], [0.1, 0.5], [0.9, 0.5]];
+    let places =
+        [[0.1, 0.1], [0.9, 0.1], [0.9, 0.9], [0.1, 0.9], [0.5, 0.1], [0.5, 0.9], [0.1, 0.5], [0.9, 0.5]];
     let truth = random_homography(noise);
     let jitter = |noise: &mut Noise| Vector2::new(noise.normal() * sigma, noise.normal() * sigma);
     let matches = places.iter().take(count).map(|[x, y]| {
-        let from = Vector2::new(x * WIDTH + noise.uniform(-40.0, 40.0), y * HEIGHT + noise.uniform(-40.0, 40.0));
+        let from =
+            Vector2::new(x * WIDTH + noise.uniform(-40.0, 40.0), y * HEIGHT + noise.uniform(-40.0, 40.0));
         let to = carry(&truth, from);
         Match::new(from + jitter(noise), to + jitter(noise), sigma * sigma, sigma * sigma)
     });

@@ -22,7 +22,8 @@ impl<T: Real> Homography<T> {
     /// brought to the gauge ‖M‖ = 1: Σ ← P Σ P/‖M‖², P = I − m mᵀ. `None` when the matrix is zero or not finite.
     pub fn new(matrix: Matrix3<T>, covariance: SMatrix<T, 9, 9>) -> Option<Self> {
         let norm = matrix.norm();
-        if !(norm > T::zero() && norm.is_finite()) {
+        let usable = norm > T::zero() && norm.is_finite();
+        if !usable {
             return None;
         }
         let matrix = matrix / norm;
@@ -60,7 +61,8 @@ impl<T: Real> Homography<T> {
     /// ```
     pub fn predict(&self, point: Vector2<T>, covariance: &Matrix2<T>) -> Option<PredictedPoint<T>> {
         let carried = self.matrix * point.push(T::one());
-        if !(carried.z > T::zero()) {
+        let in_front = carried.z > T::zero();
+        if !in_front {
             return None;
         }
         let predicted = carried.xy() / carried.z;
@@ -74,7 +76,8 @@ impl<T: Real> Homography<T> {
     /// J_M = ∂p̂/∂M, 2×9, or `None` behind the horizon.
     pub fn by_matrix(&self, point: Vector2<T>) -> Option<SMatrix<T, 2, 9>> {
         let carried = self.matrix * point.push(T::one());
-        if !(carried.z > T::zero()) {
+        let in_front = carried.z > T::zero();
+        if !in_front {
             return None;
         }
         let predicted = carried.xy() / carried.z;
@@ -90,7 +93,8 @@ impl<T: Real> Homography<T> {
     pub fn by_point(&self, point: Vector2<T>) -> Option<Matrix2<T>> {
         let m = &self.matrix;
         let carried = m * point.push(T::one());
-        if !(carried.z > T::zero()) {
+        let in_front = carried.z > T::zero();
+        if !in_front {
             return None;
         }
         let predicted = carried.xy() / carried.z;

@@ -49,11 +49,6 @@ pub(super) struct Normalisation<T> {
 }
 
 impl<T: Real> Normalisation<T> {
-    /// Leaves points as they are.
-    pub(super) fn identity() -> Self {
-        Self { centre: Vector2::zeros(), scale: T::one() }
-    }
-
     /// The normalisation of some points, or `None` when they coincide or are not finite.
     pub(super) fn of(points: impl Iterator<Item = Vector2<T>> + Clone) -> Option<Self> {
         let (mut count, mut sum) = (T::zero(), Vector2::zeros());

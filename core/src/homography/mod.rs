@@ -1,10 +1,47 @@
 //! Homographies between two pictures, with their covariance.
+//!
+//! ```text
+//! p̂ = M p                                     divided by the third component, which must be positive       (10)
+//! S = J_M Σ_M J_Mᵀ + M' Σ_m M'ᵀ               covariance of p̂; association adds Σ_f                        (11)
+//! r = p' − π(M p̃) − A (p − p̃)                 residual with the point's own two unknowns p̃ eliminated
+//! d = rᵀ S_r⁻¹ r,   S_r = Σ' + A Σ Aᵀ         squared Mahalanobis distance, χ²₂ for a right match
+//! ℓ = Σ ln(1 + γ a/((1 − γ) 2π √det S_r) · e^(−d/2))      log-likelihood, right matches against wrong ones
+//! Σ_M = B (Bᵀ [Σ w JᵀS_r⁻¹J] B)⁻¹ Bᵀ          B: orthonormal basis across M (9×8), so Σ_M has rank 8
+//! ```
+//!
+//! | symbol | in code | shape, unit |
+//! |---|---|---|
+//! | M | [`Homography::matrix`] | 3×3, first picture → second, ‖M‖ = 1 (Frobenius) |
+//! | Σ_M | [`Homography::covariance`] | 9×9, elements row by row, rank 8: zero along M |
+//! | J_M, M' | [`Homography::by_matrix`], [`Homography::by_point`] | 2×9, 2×2 |
+//! | A | ∂π(M p)/∂p | 2×2 |
+//! | Σ, Σ' | [`Match::from_cov`], [`Match::to_cov`] | 2×2, px² |
+//! | γ, a | share of right matches, area that wrong ones spread over | –, px² |
+//! | w | posterior of a match | 0 … 1 |
+//!
+//! **How.** Samples of four matches, seeded, give M in closed form (projective bases); samples that no plane seen
+//! from one side gives are dropped unscored, and a model is tried on 64 matches before the rest. The best is
+//! optimised with the noise first taken for larger, then refined by expectation–maximisation with damped Newton
+//! steps on the Gold Standard cost of Hartley & Zisserman (*Multiple View Geometry*, 2nd ed., algorithm 4.3; errors
+//! in both pictures). There is no threshold in the refinement: a match counts by its posterior, which costs no
+//! efficiency, so that the covariance is honest (`tests/tests/homography.rs`: NEES 8.05 of 8 over 4,800 problems).
+//!
+//! **Numbers.** Everything is computed in Hartley's normalised coordinates, f32 included. Working memory is a few
+//! kilobytes of stack, whatever the number of matches. The covariance is first order and holds from four matches
+//! on (Criminisi, Reid & Zisserman, BMVC 1997).
+//!
+//! **Limits.** One plane a call, or a camera that only turns. Mirrored pictures are not found. With fewer than
+//! half of the matches right, raise [`HomographyConfig::max_samples`].
+//!
+//! Source: the paper's equations (10) and (11), corrected: (11) needs Σ_M carried into the picture first.
 mod estimate;
 mod matches;
 mod normal_equations;
 mod refine;
 mod robust;
 mod sample;
+#[cfg(test)]
+mod tests;
 
 pub use estimate::{Homography, PredictedPoint};
 pub use matches::Match;

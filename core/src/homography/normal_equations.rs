@@ -44,7 +44,8 @@ struct Transfer<T> {
 impl<T: Real> Transfer<T> {
     fn at(m: &Matrix3<T>, x: Vector2<T>) -> Option<Self> {
         let third = m.m31 * x.x + m.m32 * x.y + m.m33;
-        if !(third > T::zero()) {
+        let in_front = third > T::zero();
+        if !in_front {
             return None;
         }
         let scale = T::one() / third;
@@ -106,7 +107,8 @@ pub(super) fn normal_equations<T: Real>(
         let residual = y - seen.point;
         let (information, _) = residual_information(&seen.by_from, &from_cov, &to_cov);
         let whitened = information * residual;
-        if !(residual.dot(&whitened) < T::lit(MAX_DISTANCE2)) {
+        let near = residual.dot(&whitened) < T::lit(MAX_DISTANCE2);
+        if !near {
             continue;
         }
         let shift = from_cov * seen.by_from.tr_mul(&whitened);

@@ -35,8 +35,8 @@ impl<T: Real> Family<T, 8> for Free<T> {
     /// Columns 2 to 9 of the Householder reflection that takes m to ∓e₁: an orthonormal basis across m.
     fn tangent(&self) -> SMatrix<T, 9, 8> {
         let m = elements(&self.matrix);
-        let mut v = m;
-        v[0] += if m[0] < T::zero() { -T::one() } else { T::one() };
+        let sign = if self.matrix.m11 < T::zero() { -T::one() } else { T::one() };
+        let v = m + SVector::<T, 9>::ith(0, sign);
         let factor = T::lit(2.0) / v.norm_squared();
         let reflection = SMatrix::<T, 9, 9>::identity() - v * v.transpose() * factor;
         reflection.fixed_columns::<8>(1).into_owned()
@@ -83,9 +83,7 @@ pub(super) fn refine<T: Real, M: Family<T, P>, const P: usize>(
     for _ in 0..effort.iterations {
         let tangent = model.tangent();
         let mut information = tangent.tr_mul(&(sums.hessian * tangent));
-        for i in 0..P {
-            information[(i, i)] *= T::one() + damping;
-        }
+        information.set_diagonal(&(information.diagonal() * (T::one() + damping)));
         let gradient = tangent.tr_mul(&sums.gradient);
         let step = information.cholesky()?.solve(&gradient);
         let decrement = step.dot(&gradient);

@@ -1,7 +1,8 @@
 //! RANSAC with local optimisation, then the maximum likelihood and its covariance.
+use super::estimate::matrix_of;
 use super::matches::Normalisation;
 use super::normal_equations::Mixture;
-use super::refine::{Effort, Free, Refined, refine, variance_factor};
+use super::refine::{Effort, Family, Free, Refined, refine, variance_factor};
 use super::sample::{Sampler, homography_of_four};
 use super::{Homography, Match, NoHomography};
 use crate::Real;
@@ -155,7 +156,8 @@ impl<'a, T: Real> Problem<'a, T> {
                 continue;
             }
             let score = if stride > 1 { scorer.score(self.matches, 1) } else { preview };
-            if !(score > best_score) {
+            let better = score > best_score;
+            if !better {
                 continue;
             }
             let (matrix, score) = self.optimise(matrix, score);
@@ -188,7 +190,6 @@ impl<'a, T: Real> Problem<'a, T> {
             let Some(refined) = refine(model, self.matches, mixture, effort, |_, _| ()) else { break };
             model = refined.model;
         }
-        use super::refine::Family;
         let optimised = to_pixel * model.matrix() * from_pixel;
         let improved = self.scorer(&optimised).score(self.matches, 1);
         if improved > score { (optimised, improved) } else { (matrix, score) }
@@ -206,15 +207,11 @@ impl<'a, T: Real> Problem<'a, T> {
         Scorer { matrix: *matrix, log_odds, half_information: T::lit(0.5) / variance }
     }
 
-    fn conclude<const P: usize>(
+    fn conclude(
         &self,
-        refined: &Refined<T, Free<T>, P>,
+        refined: &Refined<T, Free<T>, 8>,
         samples: u32,
-    ) -> Result<HomographyEstimate<T>, NoHomography>
-    where
-        Free<T>: super::refine::Family<T, P>,
-    {
-        use super::refine::Family;
+    ) -> Result<HomographyEstimate<T>, NoHomography> {
         let inliers = refined.sums.mass;
         if !self.meaningful(inliers) {
             return Err(NoHomography::NoConsensus);
@@ -308,15 +305,16 @@ pub fn direct_linear_transform<T: Real>(matches: &[Match<T>]) -> Result<Matrix3<
     }
     let eigen = scatter.symmetric_eigen();
     let smallest = eigen.eigenvalues.imin();
-    let mut sorted = eigen.eigenvalues;
-    sorted.as_mut_slice().sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(core::cmp::Ordering::Equal));
+    let mut values: [T; 9] = eigen.eigenvalues.into();
+    values.sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(core::cmp::Ordering::Equal));
+    let [_, second, .., largest] = values;
     // A second null direction: points on a line, or too few different ones.
-    let limit = sorted[8] * T::default_epsilon() * T::lit(64.0);
-    if !(sorted[1] > limit) {
+    let determined = second > largest * T::default_epsilon() * T::lit(64.0);
+    if !determined {
         return Err(NoHomography::Degenerate);
     }
     let vector = eigen.eigenvectors.column(smallest).into_owned();
-    let matrix = problem.to.inverse() * super::estimate::matrix_of(&vector) * problem.from.matrix();
+    let matrix = problem.to.inverse() * matrix_of(&vector) * problem.from.matrix();
     let third = matrix * problem.from.centre.push(T::one());
     let matrix = if third.z < T::zero() { -matrix } else { matrix };
     Ok(matrix / matrix.norm())

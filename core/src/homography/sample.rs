@@ -1,4 +1,5 @@
 //! Seeded samples of matches and the homography of four of them.
+#![allow(clippy::indexing_slicing, reason = "every index counts through an array of fixed length")]
 use super::Match;
 use crate::Real;
 use nalgebra::{Matrix3, Vector2};
@@ -60,13 +61,15 @@ pub(super) fn homography_of_four<T: Real>(sample: &[Match<T>; 4]) -> Option<Matr
     let mut matrix = Matrix3::zeros();
     for (i, (j, k)) in [(1, 2), (2, 0), (0, 1)].into_iter().enumerate() {
         let ratio = to.cross[i] / from.cross[i];
-        if !(ratio > T::zero()) {
+        let same_side = ratio > T::zero();
+        if !same_side {
             return None;
         }
         let line = from.points[j].push(T::one()).cross(&from.points[k].push(T::one()));
         matrix += to.points[i].push(T::one()) * line.transpose() * ratio;
     }
-    if !(to.area * from.area > T::zero()) {
+    let same_hand = to.area * from.area > T::zero();
+    if !same_hand {
         return None;
     }
     if to.area < T::zero() {
