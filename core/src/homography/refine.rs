@@ -83,7 +83,11 @@ pub(super) fn refine<T: Real, M: Family<T, P>, const P: usize>(
     for _ in 0..effort.iterations {
         let tangent = model.tangent();
         let mut information = tangent.tr_mul(&(sums.hessian * tangent));
-        information.set_diagonal(&(information.diagonal() * (T::one() + damping)));
+        for (i, mut column) in information.column_iter_mut().enumerate() {
+            if let Some(diagonal) = column.get_mut(i) {
+                *diagonal *= T::one() + damping;
+            }
+        }
         let gradient = tangent.tr_mul(&sums.gradient);
         let step = information.cholesky()?.solve(&gradient);
         let decrement = step.dot(&gradient);
