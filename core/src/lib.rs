@@ -19,6 +19,9 @@
 #![no_std]
 #![warn(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
+#[cfg(test)]
+extern crate std;
+
 mod error;
 mod real;
 

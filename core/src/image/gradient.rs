@@ -1,0 +1,102 @@
+/// Gradient values to a grey level per pixel: 16 of the smoothing times 8 of Sobel's kernel.
+pub const GRADIENT_SCALE: f32 = 128.0;
+
+/// Variance of G(x + 1) − G(x − 1), taken across an edge, for white noise of variance 1 in the picture: the
+/// squared norm of its kernel, 924 · 198, over the square of the smoothing's division.
+pub const NOISE_GAIN: f32 = 924.0 * 198.0 / 256.0;
+
+/// How many neighbouring edge points along an edge are worth one independent one, when every `stride`th pixel
+/// of the edge is taken: Σ over lags of the autocorrelation of [1 6 15 20 15 6 1].
+pub fn correlation_length(stride: usize) -> f32 {
+    // The autocorrelation of the binomial of order 6 is the binomial of order 12.
+    const AUTOCORRELATION: [f32; 6] = [792.0, 495.0, 220.0, 66.0, 12.0, 1.0];
+    let lags = AUTOCORRELATION.iter().skip(stride - 1).step_by(stride);
+    1.0 + 2.0 * lags.sum::<f32>() / 924.0
+}
+
+/// Writes Sobel's [1 2 1]ᵀ and [−1 0 1]ᵀ over three smoothed rows; the second is signed.
+pub fn column_sums(rows: [&[u16]; 3], sum: &mut [u16], difference: &mut [u16]) {
+    let [above, at, below] = rows;
+    for ((((sum, difference), a), b), c) in sum.iter_mut().zip(difference).zip(above).zip(at).zip(below) {
+        *sum = a + 2 * b + c;
+        *difference = c.wrapping_sub(*a);
+    }
+}
+
+/// Writes the gradient (G_u, G_v) as signed 16-bit values; both are two shorter than the column sums.
+pub fn gradient_row(sum: &[u16], difference: &[u16], along_u: &mut [u16], along_v: &mut [u16]) {
+    for (out, window) in along_u.iter_mut().zip(sum.windows(3)) {
+        if let [left, _, right] = window {
+            *out = right.wrapping_sub(*left);
+        }
+    }
+    for (out, window) in along_v.iter_mut().zip(difference.windows(3)) {
+        if let [left, at, right] = window {
+            *out = left.wrapping_add(at.wrapping_mul(2)).wrapping_add(*right);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{smooth_column, smooth_row};
+    use super::*;
+    use std::{vec, vec::Vec};
+
+    fn gradient_at_centre(pixel: impl Fn(i32, i32) -> u8) -> (i16, i16) {
+        let smoothed: Vec<Vec<u16>> = (-3..=3)
+            .map(|v| {
+                let mut out = vec![0; 3];
+                smooth_row(&(-3..=3).map(|u| pixel(u, v)).collect::<Vec<_>>(), &mut out);
+                out
+            })
+            .collect();
+        let rows: Vec<Vec<u16>> = (0..3)
+            .map(|first| {
+                let mut out = vec![0; 3];
+                smooth_column(std::array::from_fn(|k| smoothed[first + k].as_slice()), &mut out);
+                out
+            })
+            .collect();
+        let (mut sum, mut difference) = ([0; 3], [0; 3]);
+        column_sums(std::array::from_fn(|k| rows[k].as_slice()), &mut sum, &mut difference);
+        let (mut along_u, mut along_v) = ([0], [0]);
+        gradient_row(&sum, &difference, &mut along_u, &mut along_v);
+        (along_u[0] as i16, along_v[0] as i16)
+    }
+
+    #[test]
+    fn a_ramp_has_the_gradient_of_its_slope() {
+        let ramp = |u: i32, v: i32| (100 + 5 * u - 3 * v) as u8;
+        assert_eq!(gradient_at_centre(ramp), (5 * GRADIENT_SCALE as i16, -3 * GRADIENT_SCALE as i16));
+    }
+
+    #[test]
+    fn the_steepest_step_does_not_overflow() {
+        let (along_u, along_v) = gradient_at_centre(|u, _| if u > 0 { 255 } else { 0 });
+        assert!(along_u > 10_000 && along_v == 0);
+        assert_eq!(gradient_at_centre(|u, _| if u > 0 { 0 } else { 255 }), (-along_u, 0));
+    }
+
+    #[test]
+    fn correlation_is_the_squared_sum_over_the_sum_of_squares() {
+        assert!((correlation_length(1) - 64.0 * 64.0 / 924.0).abs() < 1e-5);
+        assert_eq!(correlation_length(8), 1.0);
+    }
+
+    #[test]
+    fn noise_gain_is_the_norm_of_the_impulse_response() {
+        // Response of G_u(1) − G_u(−1) to a single bright pixel, by linearity the kernel itself.
+        let mut squared = 0.0;
+        for v0 in -3..=3 {
+            for u0 in -4..=4 {
+                let at = |shift: i32| {
+                    let impulse = move |u: i32, v: i32| if (u + shift, v) == (u0, v0) { 160 } else { 0 };
+                    f64::from(gradient_at_centre(impulse).0) / 160.0
+                };
+                squared += (at(1) - at(-1)).powi(2);
+            }
+        }
+        assert!((squared / f64::from(NOISE_GAIN) - 1.0).abs() < 1e-2, "{squared}");
+    }
+}

@@ -1,0 +1,422 @@
+use super::config::ExtractConfig;
+use super::corner::{FLOOR_OWNER, VERTICAL_OWNER, find_corners};
+use super::edge::{EdgeList, EdgePoint, Profile, STEPS, maximum, steps_from_direction};
+use super::extraction::{Extraction, Line};
+use super::fit::Sampling;
+use super::hough::Pass;
+use super::lens::LensGrid;
+use super::search::Search;
+use crate::geometry::RangeFinder;
+use crate::image::{
+    GRADIENT_SCALE, GradientRows, Grey, LINE_BUFFERS, MARGIN, NoiseLevel, OpeningRows, close_row, mask_bit,
+    mask_len, open_row, threshold_row,
+};
+use crate::{Error, Result};
+use nalgebra::Vector2;
+
+/// Every how many rows the noise is measured.
+const NOISE_ROWS: usize = 8;
+/// Bits of [`Extractor::kinds`].
+const VERTICAL: u8 = 1;
+const FLOOR: u8 = 2;
+
+/// The 16-bit words that an extractor for pictures of this size should be lent: line buffers, and a Hough
+/// accumulator with cells of 2 px.
+pub const fn row_words(width: usize, height: usize) -> usize {
+    let accumulator = 44 * (width + height / 4).div_ceil(2);
+    if accumulator > LINE_BUFFERS * width { accumulator } else { LINE_BUFFERS * width }
+}
+
+/// The 32-bit words of masks that an extractor for pictures of this width needs.
+pub const fn mask_words(width: usize) -> usize {
+    OpeningRows::words(width) + mask_len(width)
+}
+
+/// A number of edge points that serves pictures of this size well: 2 % of the pixels.
+pub const fn point_count(width: usize, height: usize) -> usize {
+    let count = width * height / 50;
+    if count > 65_535 {
+        65_535
+    } else if count < 64 {
+        64
+    } else {
+        count
+    }
+}
+
+/// Finds floor corners in pictures that come row by row.
+///
+/// Its memory is lent: `R` holds 16-bit words ([`row_words`]), `M` 32-bit ones ([`mask_words`]), `P` edge points
+/// ([`point_count`]). Arrays on a microcontroller, `Vec`s on a host.
+///
+/// ```
+/// use monorange_core::geometry::{Camera, Mount, RangeFinder};
+/// use monorange_core::image::Grey;
+/// use monorange_core::lines::{EdgePoint, ExtractConfig, Extractor, mask_words, point_count, row_words};
+/// const W: usize = 160;
+/// const H: usize = 120;
+/// // A wall's edge at u = 80 comes down to the floor at v = 70.
+/// let pixels: Vec<u8> =
+///     (0..W * H).map(|k| if k / W > 70 { 60 } else if k % W > 80 { 180 } else { 120 }).collect();
+/// let camera = Camera::new(W, H, [180.0, 180.0], [80.0, 60.0], 0.0, Default::default())?;
+/// let finder = RangeFinder::new(camera, Mount::new([0.4, 0.1, 0.0, 0.0, 0.0, 0.0])?);
+/// let mut extractor = Extractor::new(
+///     ExtractConfig::default(),
+///     finder,
+///     [0; row_words(W, H)],
+///     [0; mask_words(W)],
+///     [EdgePoint::default(); point_count(W, H)],
+/// )?;
+/// let found = extractor.extract(Grey::new(&pixels, W, H)?)?;
+/// assert_eq!(found.corners.len(), 1);
+/// assert!((found.corners[0].pixel - nalgebra::Vector2::new(80.5, 70.5)).norm() < 0.1);
+/// # Ok::<(), monorange_core::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Extractor<R, M, P> {
+    config: ExtractConfig,
+    finder: RangeFinder<f32>,
+    lens: LensGrid,
+    /// Unit vectors of the 256 directions.
+    turn: [Vector2<f32>; 256],
+    /// What an edge with this gradient direction can be.
+    kinds: [u8; 256],
+    passes: [[Pass; 2]; 2],
+    threshold: u16,
+    /// First row of the region of interest.
+    floor_top: usize,
+    /// Origin of the Hough transform and largest distance from it.
+    origin: Vector2<f32>,
+    radius: f32,
+
+    words: R,
+    masks: M,
+    points: P,
+
+    /// The row that comes next.
+    row: usize,
+    noise: NoiseLevel,
+    edges: EdgeList,
+    extraction: Extraction,
+}
+
+impl<R, M, P> Extractor<R, M, P>
+where
+    R: AsRef<[u16]> + AsMut<[u16]>,
+    M: AsRef<[u32]> + AsMut<[u32]>,
+    P: AsRef<[EdgePoint]> + AsMut<[EdgePoint]>,
+{
+    /// An extractor for the pictures of `finder`'s camera, ready for the first row.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for an unusable configuration; [`Error::Size`] when `words` holds fewer than 16 words
+    /// a column or 2 an edge point, `masks` fewer than [`mask_words`], or `points` none or more than 65 535.
+    pub fn new(
+        config: ExtractConfig,
+        finder: RangeFinder<f32>,
+        words: R,
+        masks: M,
+        points: P,
+    ) -> Result<Self> {
+        let config = config.validated()?;
+        let camera = *finder.camera();
+        let at_least = |name, got: usize, expected: usize| {
+            if got >= expected { Ok(()) } else { Err(Error::Size { name, got, expected }) }
+        };
+        let capacity = points.as_ref().len();
+        at_least("extractor.points", capacity, 1)?;
+        if capacity > 65_535 {
+            return Err(Error::Size { name: "extractor.points", got: capacity, expected: 65_535 });
+        }
+        at_least("extractor.words", words.as_ref().len(), (LINE_BUFFERS * camera.width()).max(2 * capacity))?;
+        at_least("extractor.masks", masks.as_ref().len(), mask_words(camera.width()))?;
+
+        let lens = LensGrid::new(&camera);
+        let mut turn = [Vector2::zeros(); 256];
+        for (step, unit) in (0_u16..).zip(&mut turn) {
+            let (sin, cos) = libm::sincosf(f32::from(step) * (core::f32::consts::TAU / STEPS));
+            *unit = Vector2::new(cos, sin);
+        }
+        let floor_top = libm::ceilf(config.floor_top * camera.height() as f32) as usize;
+        let (origin, radius) = extent(&lens, camera.width(), camera.height());
+        let mut extractor = Self {
+            config,
+            finder,
+            lens,
+            turn,
+            kinds: [0; 256],
+            passes: passes(&config),
+            threshold: (config.edge_threshold * GRADIENT_SCALE) as u16,
+            floor_top,
+            origin,
+            radius,
+            words,
+            masks,
+            points,
+            row: 0,
+            noise: NoiseLevel::default(),
+            edges: EdgeList::new(),
+            extraction: Extraction::default(),
+        };
+        for (passes, kind) in extractor.passes.into_iter().zip([VERTICAL, FLOOR]) {
+            for (direction, kinds) in (0_u8..=255).zip(&mut extractor.kinds) {
+                let of_kind = passes.iter().any(|pass| pass.bin(direction).is_some());
+                *kinds |= if of_kind { kind } else { 0 };
+            }
+        }
+        extractor.begin();
+        Ok(extractor)
+    }
+
+    /// The configuration.
+    pub fn config(&self) -> &ExtractConfig {
+        &self.config
+    }
+
+    /// Forgets the rows so far: the next one is the first of a picture.
+    pub fn begin(&mut self) {
+        self.row = 0;
+        self.noise = NoiseLevel::default();
+        self.edges = EdgeList::new();
+        self.extraction = Extraction::default();
+        self.masks.as_mut().fill(0);
+    }
+
+    /// Takes the next row.
+    ///
+    /// # Errors
+    /// [`Error::Size`] when the row has not the camera's width, or the picture is already complete.
+    pub fn push_row(&mut self, pixels: &[u8]) -> Result<()> {
+        let camera = self.finder.camera();
+        let (width, height) = (camera.width(), camera.height());
+        if pixels.len() != width {
+            return Err(Error::Size { name: "row", got: pixels.len(), expected: width });
+        }
+        if self.row >= height {
+            return Err(Error::Size { name: "rows", got: self.row + 1, expected: height });
+        }
+        let newest = self.row;
+        self.row += 1;
+        if newest.is_multiple_of(NOISE_ROWS) {
+            self.noise.add_row(pixels);
+        }
+        if width <= 2 * (MARGIN + 1) {
+            return Ok(()); // too narrow for a maximum between two neighbours
+        }
+        if let Some(mut rows) = GradientRows::new(self.words.as_mut(), width) {
+            rows.push(newest, pixels);
+        }
+        if let Some(centre) = newest.checked_sub(MARGIN + 1).filter(|centre| *centre > MARGIN) {
+            self.find_edges(centre, true);
+        }
+        Ok(())
+    }
+
+    /// What the picture gave, after its last row.
+    ///
+    /// # Errors
+    /// [`Error::Size`] when rows are missing.
+    pub fn finish(&mut self) -> Result<&Extraction> {
+        let height = self.finder.camera().height();
+        if self.row != height {
+            return Err(Error::Size { name: "rows", got: self.row, expected: height });
+        }
+        if self.extraction.noise_std > 0.0 {
+            return Ok(&self.extraction); // asked before
+        }
+        if self.finder.camera().width() > 2 * (MARGIN + 1) {
+            // Rows without edges push the last ones out of the opening.
+            let last = height.saturating_sub(MARGIN + 1);
+            (last..last + self.config.opening + 1).for_each(|centre| self.find_edges(centre, false));
+        }
+        self.edges.undistort(self.points.as_mut(), &self.lens, &self.turn);
+        self.extraction.edge_points = self.edges.found;
+        self.extraction.noise_std = self.noise.std();
+        self.extraction.truncations.edge_stride = self.edges.stride;
+        self.find_lines();
+        Ok(&self.extraction)
+    }
+
+    /// What a whole picture gives: a loop over its rows.
+    ///
+    /// # Errors
+    /// [`Error::Size`] when the picture has not the camera's size.
+    pub fn extract(&mut self, picture: Grey<'_>) -> Result<&Extraction> {
+        self.begin();
+        for row in picture.rows() {
+            self.push_row(row)?;
+        }
+        self.finish()
+    }
+
+    /// The edge points kept, after [`finish`](Self::finish).
+    pub fn edge_points(&self) -> &[EdgePoint] {
+        self.points.as_ref().get(..self.edges.len).unwrap_or_default()
+    }
+
+    /// Finds the maxima across edges in row `centre`, three rows of whose gradients are at hand.
+    fn find_edges(&mut self, centre: usize, real: bool) {
+        let width = self.finder.camera().width();
+        let newest = centre + MARGIN + 1;
+        let run = self.config.opening;
+        let (masks, flat) = self.masks.as_mut().split_at_mut(OpeningRows::words(width));
+        let (Some(rows), Some(mut opening), Some(flat)) = (
+            GradientRows::new(self.words.as_mut(), width),
+            OpeningRows::new(masks, width, run),
+            flat.get_mut(..mask_len(width)),
+        ) else {
+            return;
+        };
+        let rows = rows.gradients(newest);
+        let [_, (gradient_u, gradient_v), _] = rows;
+        let opened = opening.push(centre, |mask| {
+            mask.fill(0);
+            if real {
+                threshold_row(gradient_u, self.threshold, mask);
+            }
+        });
+        let points = self.points.as_mut();
+        if let Some(row) = centre.checked_sub(run) {
+            self.edges.confirm(points, row, |column| mask_bit(opened, column - MARGIN));
+        }
+        if !real {
+            return;
+        }
+        let in_region = centre >= self.floor_top;
+        let wanted = if in_region { VERTICAL | FLOOR } else { VERTICAL };
+        let mut take = |index: usize, gradient: (i32, i32), profile| {
+            let direction = steps_from_direction(gradient.0 as f32, gradient.1 as f32);
+            if self.kinds.get(usize::from(direction)).is_some_and(|kinds| kinds & wanted != 0) {
+                if let Some(maximum) = maximum(profile) {
+                    self.edges.push(points, (index + MARGIN, centre), gradient, maximum);
+                }
+            }
+        };
+        for index in ones(opening.newest(centre)) {
+            let Some(profile) = across_columns(gradient_u, gradient_v, index) else { continue };
+            let [(before, _), at, (after, _)] = profile;
+            let peak = at.0.abs() > before.abs() && at.0.abs() >= after.abs();
+            if peak && at.0.abs() >= at.1.abs() {
+                take(index, at, profile);
+            }
+        }
+        if !in_region {
+            return;
+        }
+        threshold_row(gradient_v, self.threshold, flat);
+        close_row(flat);
+        open_row(flat, run);
+        for index in ones(flat) {
+            let Some(profile) = across_rows(rows, index) else { continue };
+            let [(_, before), at, (_, after)] = profile;
+            let peak = at.1.abs() > before.abs() && at.1.abs() >= after.abs();
+            if peak && at.1.abs() > at.0.abs() && at.1.unsigned_abs() >= u32::from(self.threshold) {
+                take(index, at, profile);
+            }
+        }
+    }
+
+    /// The lines and corners of the edge points.
+    fn find_lines(&mut self) {
+        let camera = self.finder.camera();
+        let height = camera.height() as f32;
+        let sampling = Sampling { noise_std: self.extraction.noise_std, stride: self.edges.stride };
+        let points = self.points.as_mut().get_mut(..self.edges.len).unwrap_or_default();
+        let words = self.words.as_mut();
+        let mut search = Search {
+            config: &self.config,
+            turn: &self.turn,
+            sampling,
+            origin: self.origin,
+            radius: self.radius,
+            min_length: self.config.min_vertical_length * height,
+            first_owner: VERTICAL_OWNER,
+        };
+        let mut truncations = self.extraction.truncations;
+        let upright = |line: &Line| is_upright(&self.finder, line, self.config.gravity_tolerance);
+        let [vertical_passes, floor_passes] = self.passes;
+        for pass in vertical_passes {
+            let skipped = search.run(&pass, points, words, &mut self.extraction.vertical_lines, upright);
+            truncations.peaks += skipped.peaks;
+            truncations.lines += skipped.lines;
+        }
+        search.min_length = self.config.min_floor_length * height;
+        search.first_owner = FLOOR_OWNER;
+        for pass in floor_passes {
+            let skipped = search.run(&pass, points, words, &mut self.extraction.floor_lines, |_| true);
+            truncations.peaks += skipped.peaks;
+            truncations.lines += skipped.lines;
+        }
+        self.extraction.truncations = truncations;
+        find_corners(&self.config, camera, self.floor_top as f32, sampling, points, &mut self.extraction);
+
+        let pixel = |ideal| camera.pixel_from_ray(camera.ray_from_ideal(ideal)).unwrap_or(ideal);
+        let lines = self.extraction.vertical_lines.iter_mut().map(|line| (line, true));
+        for (line, upright) in lines.chain(self.extraction.floor_lines.iter_mut().map(|line| (line, false))) {
+            let [first, last] = line.extent.map(|end| pixel(line.centroid + line.along() * end));
+            let ordered = if upright { first.y <= last.y } else { first.x <= last.x };
+            line.ends = if ordered { [first, last] } else { [last, first] };
+        }
+    }
+}
+
+/// The passes of the Hough transform for the vertical edges and for the floor's, brighter on one side or the other.
+fn passes(config: &ExtractConfig) -> [[Pass; 2]; 2] {
+    let steps = |angle: f32| libm::ceilf(angle * (STEPS / core::f32::consts::TAU)) as u8;
+    let reach = steps(config.direction_tolerance) / 2;
+    let pass = |centre, spread| Pass { centre, spread: steps(spread), reach };
+    [[0, 128].map(|c| pass(c, config.vertical_spread)), [64, 192].map(|c| pass(c, config.floor_spread))]
+}
+
+/// Whether a line points to the vanishing point of gravity: the direction in which "up" moves the image of a point
+/// on the ray (x, y, 1) is (up_x − x up_z, up_y − y up_z).
+fn is_upright(finder: &RangeFinder<f32>, line: &Line, tolerance: f32) -> bool {
+    let camera = finder.camera();
+    let up = finder.horizon();
+    let ray = camera.ray_from_ideal(line.centroid);
+    let moved = camera.ideal_from_ray(ray + (up.xy() - ray * up.z)) - line.centroid;
+    line.normal.dot(&moved).abs() <= libm::sinf(tolerance) * moved.norm()
+}
+
+/// The middle of the undistorted picture, and the distance of its farthest point.
+fn extent(lens: &LensGrid, width: usize, height: usize) -> (Vector2<f32>, f32) {
+    let last = Vector2::new(width as f32 - 1.0, height as f32 - 1.0);
+    let origin = last * 0.5;
+    let mut radius = 1.0_f32;
+    for (s, t) in [0.0, 0.5, 1.0].into_iter().flat_map(|s| [0.0, 0.5, 1.0].map(|t| (s, t))) {
+        let border = Vector2::new(last.x * s, last.y * t);
+        let ideal = lens.ideal_from_pixel(border, Vector2::x()).map_or(border, |(ideal, _)| ideal);
+        radius = radius.max((ideal - origin).norm());
+    }
+    (origin, radius)
+}
+
+/// The columns of the set bits.
+fn ones(mask: &[u32]) -> impl Iterator<Item = usize> {
+    mask.iter().enumerate().flat_map(|(k, &word)| {
+        let mut left = word;
+        core::iter::from_fn(move || {
+            let bit = (left != 0).then(|| left.trailing_zeros() as usize)?;
+            left &= left - 1;
+            Some(32 * k + bit)
+        })
+    })
+}
+
+fn signed(gradient: u16) -> i32 {
+    i32::from(gradient as i16)
+}
+
+/// The gradient at a column and its neighbours in the row.
+fn across_columns(gradient_u: &[u16], gradient_v: &[u16], index: usize) -> Option<Profile> {
+    let first = index.checked_sub(1)?;
+    let u: &[u16; 3] = gradient_u.get(first..)?.first_chunk()?;
+    let v: &[u16; 3] = gradient_v.get(first..)?.first_chunk()?;
+    Some(core::array::from_fn(|k| (u.get(k).map_or(0, |g| signed(*g)), v.get(k).map_or(0, |g| signed(*g)))))
+}
+
+/// The gradient at a column in three rows.
+fn across_rows(rows: [(&[u16], &[u16]); 3], index: usize) -> Option<Profile> {
+    let [above, at, below] = rows.map(|(u, v)| Some((signed(*u.get(index)?), signed(*v.get(index)?))));
+    Some([above?, at?, below?])
+}

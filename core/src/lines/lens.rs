@@ -1,0 +1,123 @@
+use crate::geometry::Camera;
+use nalgebra::Vector2;
+
+/// Cells of the grid, and nodes with one ring beyond the picture.
+const CELLS: [usize; 2] = [20, 15];
+const COLUMNS: usize = CELLS[0] + 3;
+const ROWS: usize = CELLS[1] + 3;
+
+/// The lens's displacement on a coarse grid: where an ideal camera would see what is seen at a pixel.
+///
+/// Catmull–Rom interpolation between the nodes: its error is of fourth order in the node distance, so that 23 × 18
+/// nodes (3.3 kB) stay below 0.01 px for Table 1's lens at 320×240, where bilinear interpolation would need four
+/// times the memory. About 70 operations a point, against 250 for Newton's method on the lens model.
+#[derive(Clone, Debug)]
+pub(super) struct LensGrid {
+    shift: [[Vector2<f32>; COLUMNS]; ROWS],
+    cells_by_pixel: Vector2<f32>,
+}
+
+impl LensGrid {
+    pub(super) fn new(camera: &Camera<f32>) -> Self {
+        let [pitch_u, pitch_v] = [(camera.width(), CELLS[0]), (camera.height(), CELLS[1])]
+            .map(|(size, cells)| size.saturating_sub(1).max(1) as f32 / cells as f32);
+        let lost = Vector2::repeat(f32::NAN);
+        let mut shift = [[lost; COLUMNS]; ROWS];
+        for (row, nodes) in shift.iter_mut().enumerate() {
+            for (column, node) in nodes.iter_mut().enumerate() {
+                let pixel = Vector2::new((column as f32 - 1.0) * pitch_u, (row as f32 - 1.0) * pitch_v);
+                *node = camera.ray_from_pixel(pixel).map_or(lost, |ray| camera.ideal_from_ray(ray) - pixel);
+            }
+        }
+        Self { shift, cells_by_pixel: Vector2::new(1.0 / pitch_u, 1.0 / pitch_v) }
+    }
+
+    /// The ideal pixel, and the ideal direction of the picture's direction `tangent` there; `None` outside the
+    /// lens model.
+    pub(super) fn ideal_from_pixel(
+        &self,
+        pixel: Vector2<f32>,
+        tangent: Vector2<f32>,
+    ) -> Option<(Vector2<f32>, Vector2<f32>)> {
+        let cell = pixel.component_mul(&self.cells_by_pixel);
+        let split = |value: f32, cells: usize| {
+            let whole = (value.max(0.0) as usize).min(cells - 1);
+            (whole, value - whole as f32)
+        };
+        let (column, s) = split(cell.x, CELLS[0]);
+        let (row, t) = split(cell.y, CELLS[1]);
+        let (across, down) = (weights(s), weights(t));
+        let mut shift = Vector2::zeros();
+        let mut by_cell = [Vector2::zeros(); 2];
+        for (nodes, weight_down) in self.shift.get(row..row + 4)?.iter().zip(down) {
+            let mut along = [Vector2::zeros(); 2];
+            for (node, weight_across) in nodes.get(column..column + 4)?.iter().zip(across) {
+                along[0] += node * weight_across.0;
+                along[1] += node * weight_across.1;
+            }
+            shift += along[0] * weight_down.0;
+            by_cell[0] += along[1] * weight_down.0;
+            by_cell[1] += along[0] * weight_down.1;
+        }
+        let moved = tangent.component_mul(&self.cells_by_pixel);
+        let ideal = pixel + shift;
+        let direction = tangent + by_cell[0] * moved.x + by_cell[1] * moved.y;
+        (ideal.x.is_finite() && ideal.y.is_finite()).then_some((ideal, direction))
+    }
+}
+
+/// Catmull–Rom weights of four nodes at the fraction `t` between the middle two, and their derivatives.
+fn weights(t: f32) -> [(f32, f32); 4] {
+    let u = 1.0 - t;
+    [
+        (-0.5 * t * u * u, -0.5 * u * (u - 2.0 * t)),
+        (1.0 + t * t * (1.5 * t - 2.5), t * (4.5 * t - 5.0)),
+        (1.0 + u * u * (1.5 * u - 2.5), -u * (4.5 * u - 5.0)),
+        (-0.5 * u * t * t, 0.5 * t * (t - 2.0 * u)),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Distortion;
+
+    fn table_1() -> Camera<f32> {
+        let lens = Distortion { k1: -0.22776, k2: 0.36413, p1: -0.00545, p2: -0.00192, k3: 0.0 };
+        Camera::new(320, 240, [365.12674, 365.02905], [145.79917, 114.50956], 0.0, lens).unwrap()
+    }
+
+    #[test]
+    fn every_pixel_of_table_1_is_undistorted_within_a_hundredth() {
+        let camera = table_1();
+        let grid = LensGrid::new(&camera);
+        let mut worst = 0.0_f32;
+        for v in 0..240 {
+            for u in 0..320 {
+                let pixel = Vector2::new(u as f32, v as f32);
+                let exact = camera.ideal_from_ray(camera.ray_from_pixel(pixel).unwrap());
+                worst = worst.max((grid.ideal_from_pixel(pixel, Vector2::x()).unwrap().0 - exact).norm());
+            }
+        }
+        assert!(worst < 0.01, "{worst} px");
+    }
+
+    #[test]
+    fn directions_turn_as_neighbouring_points_do() {
+        let camera = table_1();
+        let grid = LensGrid::new(&camera);
+        let (pixel, step) = (Vector2::new(300.0, 210.0), Vector2::new(0.3, -0.4));
+        let [before, after] =
+            [pixel - step, pixel + step].map(|p| grid.ideal_from_pixel(p, Vector2::x()).unwrap().0);
+        let (_, direction) = grid.ideal_from_pixel(pixel, step).unwrap();
+        assert!(((after - before) * 0.5 - direction).norm() < 1e-3);
+    }
+
+    #[test]
+    fn without_a_lens_nothing_moves() {
+        let camera = Camera::new(1, 1, [1.0, 1.0], [0.0, 0.0], 0.0, Distortion::default()).unwrap();
+        let (ideal, direction) =
+            LensGrid::new(&camera).ideal_from_pixel(Vector2::zeros(), Vector2::y()).unwrap();
+        assert!(ideal.norm() < 1e-6 && (direction - Vector2::y()).norm() < 1e-6);
+    }
+}
