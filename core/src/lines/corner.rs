@@ -139,13 +139,14 @@ fn refit(points: &[EdgePoint], first_owner: u8, lines: &mut [Line], sampling: Sa
     for (owner, line) in (first_owner..).zip(lines) {
         let clear = points.iter().filter(|point| point.owner == owner);
         let left = clear.clone().count();
-        if left >= 6 && left < usize::from(line.points) {
-            if let Some(mut fitted) = fit(clear, line.normal, sampling) {
-                // The edge is as long as it was; only its ends do not count.
-                let shift = fitted.position(line.centroid);
-                fitted.extent = line.extent.map(|end| end + shift);
-                *line = fitted;
-            }
+        if left < 6 || left == usize::from(line.points) {
+            continue;
+        }
+        if let Some(mut fitted) = fit(clear, line.normal, sampling) {
+            // The edge is as long as it was; only its ends do not count.
+            let shift = fitted.position(line.centroid);
+            fitted.extent = line.extent.map(|end| end + shift);
+            *line = fitted;
         }
     }
 }

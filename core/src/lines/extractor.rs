@@ -286,10 +286,9 @@ where
         let wanted = if in_region { VERTICAL | FLOOR } else { VERTICAL };
         let mut take = |index: usize, gradient: (i32, i32), profile| {
             let direction = steps_from_direction(gradient.0 as f32, gradient.1 as f32);
-            if self.kinds.get(usize::from(direction)).is_some_and(|kinds| kinds & wanted != 0) {
-                if let Some(maximum) = maximum(profile) {
-                    self.edges.push(points, (index + MARGIN, centre), gradient, maximum);
-                }
+            let of_kind = self.kinds.get(usize::from(direction)).is_some_and(|kinds| kinds & wanted != 0);
+            if let Some(maximum) = of_kind.then(|| maximum(profile)).flatten() {
+                self.edges.push(points, (index + MARGIN, centre), gradient, maximum);
             }
         };
         for index in ones(opening.newest(centre)) {

@@ -70,7 +70,7 @@ pub(super) fn fit<'a>(
     // The scatter left after the turn is the smaller eigenvalue, in a form without cancellation.
     let root = libm::sqrtf((s_tt - s_nn) * (s_tt - s_nn) + 4.0 * s_tn * s_tn);
     let along = 0.5 * (s_tt + s_nn + root);
-    if !(along > 0.0) {
+    if along.is_nan() || along <= 0.0 {
         return None;
     }
     let across = ((s_tt * s_nn - s_tn * s_tn) / along).max(0.0);
