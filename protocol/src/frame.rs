@@ -29,6 +29,11 @@ pub const MAX_ENCODED: usize = MAX_DECODED + MAX_DECODED.div_ceil(254) + 2;
 
 static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
+/// The checksum of frames and of saved states.
+pub fn checksum(bytes: &[u8]) -> u32 {
+    CRC.checksum(bytes)
+}
+
 /// A frame that arrived whole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frame<'a> {
@@ -165,6 +170,20 @@ pub struct LinkCounts {
 }
 
 impl LinkCounts {
+    /// Nothing was heard.
+    pub const ZERO: Self = Self {
+        frames: 0,
+        malformed: 0,
+        length: 0,
+        checksum: 0,
+        version: 0,
+        lost: 0,
+        repeated: 0,
+        unknown: 0,
+        payload: 0,
+        overrun: 0,
+    };
+
     /// Counts damage.
     pub fn damage(&mut self, damage: Damage) {
         let count = match damage {

@@ -113,9 +113,11 @@ fn device_messages() -> Vec<DeviceMessage<'static>> {
             frames_done: 299,
             frames_dropped: 1,
             rows_refused: 120,
+            unsent: 0,
             link,
             unit: CostUnit::Instructions,
             stages: Stages {
+                interrupt: 2_300_000,
                 receive: 1_900_000,
                 rows: 4_000_000,
                 corners: 900_000,

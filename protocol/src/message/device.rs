@@ -147,7 +147,9 @@ pub enum CostUnit {
 /// The cost of a frame, stage by stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Stages {
-    /// Bytes of the line to frames, and frames to messages.
+    /// The serial interrupt: bytes of the line to the receive buffer.
+    pub interrupt: u32,
+    /// Bytes of the receive buffer to frames, and frames to messages.
     pub receive: u32,
     /// Rows to edges, and edges to votes.
     pub rows: u32,
@@ -170,6 +172,8 @@ pub struct Statistics {
     pub frames_dropped: u32,
     /// Rows that belonged to no picture, or were not the next ones.
     pub rows_refused: u32,
+    /// Answers that the line did not take in time.
+    pub unsent: u32,
     /// What the line did.
     pub link: LinkCounts,
     /// What `stages` counts.
@@ -200,7 +204,7 @@ pub enum Cause {
     Version,
     /// Pictures and corners need a configuration first.
     NotConfigured,
-    /// The configuration is out of range; `detail` is the index of the field in `SPEC.md`'s table, from 0.
+    /// The configuration is out of range; an [`Info`] with the one that stays follows. `detail` is 0.
     Configuration,
     /// The picture is larger than the device or the camera; `detail` is the frame's number.
     PictureSize,
@@ -208,7 +212,7 @@ pub enum Cause {
     FrameDropped,
     /// The state to be restored had a gap, a wrong checksum or is of another firmware; `detail` is the offset.
     State,
-    /// Odometry that is not finite or goes back in time.
+    /// Odometry that is not finite or not forward in time; it is not used.
     Odometry,
 }
 

@@ -1,0 +1,94 @@
+//! The monorange co-processor on Arm's MPS2 boards, as QEMU emulates them: `mps2-an386` (Cortex-M4F) and
+//! `mps2-an500` (Cortex-M7). One program; only the processor it is compiled for differs.
+//!
+//! | resource | use |
+//! |---|---|
+//! | UART 0 | the line; its receive interrupt moves bytes to the ring and does nothing else |
+//! | timer 0 | 25 MHz, free running: time, and the cost of stages |
+//! | SysTick | wakes the main loop ten times a second |
+//! | watchdog | fed by the main loop only; 2 s |
+//! | MPU region 0 | no access to the last KiB of the stack: an overflow is a fault, not a changed variable |
+#![no_std]
+#![no_main]
+
+mod board;
+mod fault;
+mod stack;
+mod uart;
+
+use board::Mps2;
+use cortex_m_rt::entry;
+use embedded_io::Write;
+use monorange_mcu::{Device, Wish};
+
+#[entry]
+fn main() -> ! {
+    // Made safe by `entry`, which runs once.
+    static mut DEVICE: Device<fake::Fake> = Device::new(fake::Fake);
+
+    let last_run = fault::begin();
+    let Some(cortex_m::Peripherals { SYST: mut systick, MPU: mpu, .. }) = cortex_m::Peripherals::take()
+    else {
+        panic!("the processor's peripherals are taken already");
+    };
+    stack::guard(&mpu);
+    let mut board = Mps2::start(&mut systick);
+    let mut port = uart::Port::start();
+    DEVICE.greet(last_run.count(), last_run.cause(), &board, &mut port);
+
+    let mut bytes = [0; 64];
+    loop {
+        board.feed_watchdog();
+        let count = uart::RING.read(&mut bytes);
+        if count == 0 {
+            uart::sleep_until_bytes();
+            board.tick();
+        } else if DEVICE.receive(&bytes[..count], &board, &mut port) == Wish::Restart {
+            let _ = port.flush();
+            cortex_m::peripheral::SCB::sys_reset();
+        }
+    }
+}
+
+mod fake {
+    use monorange_mcu::{Engine, engine::*, meter::Stage};
+    use monorange_protocol::message::*;
+    #[derive(Debug)]
+    pub struct Fake;
+    impl Engine for Fake {
+        const LIMITS: Limits = Limits { width: 320, height: 240, landmarks: 32, corners: 32 };
+        fn configure(&mut self, _: &Configure) -> Result<(), monorange_core::Error> {
+            Ok(())
+        }
+        fn is_configured(&self) -> bool {
+            true
+        }
+        fn reset(&mut self) {}
+        fn odometry(&mut self, _: f32, _: f32, _: f32) {}
+        fn begin(&mut self, _: &FrameBegin) -> Result<(), monorange_core::Error> {
+            Ok(())
+        }
+        fn row(&mut self, _: &[u8]) {}
+        fn end(&mut self, _: impl FnMut(Stage)) {}
+        fn abandon(&mut self, _: u64) {}
+        fn corners(&mut self, _: &Corners) {}
+        fn estimate(&self) -> Estimate {
+            Estimate::default()
+        }
+        fn observations(&self) -> impl ExactSizeIterator<Item = Observation> {
+            core::iter::empty()
+        }
+        fn landmarks(&self) -> impl ExactSizeIterator<Item = Landmark> {
+            core::iter::empty()
+        }
+        fn save(&mut self) -> &[u8] {
+            &[]
+        }
+        fn staging(&mut self) -> &mut [u8] {
+            &mut []
+        }
+        fn restore(&mut self, _: usize) -> bool {
+            false
+        }
+    }
+}

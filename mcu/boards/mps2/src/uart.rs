@@ -1,0 +1,125 @@
+//! UART 0, the line: CMSDK APB UART (Arm DDI 0479, chapter 4.3).
+use cortex_m::{asm, interrupt, interrupt::InterruptNumber, peripheral::NVIC};
+use cortex_m_rt::exception;
+use monorange_mcu::{Ring, WINDOW};
+
+/// Bytes from the interrupt to the main loop.
+pub static RING: Ring<WINDOW> = Ring::new();
+
+const UART0: usize = 0x4000_4000;
+const DATA: usize = UART0;
+const STATE: usize = UART0 + 4;
+const CTRL: usize = UART0 + 8;
+const INTERRUPT_CLEAR: usize = UART0 + 12;
+const BAUD_DIVIDER: usize = UART0 + 16;
+
+const STATE_TX_FULL: u32 = 1;
+const STATE_RX_FULL: u32 = 2;
+const CTRL_TX: u32 = 1;
+const CTRL_RX: u32 = 2;
+const CTRL_RX_INTERRUPT: u32 = 8;
+const CLEAR_RX: u32 = 2;
+/// 25 MHz / 27 = 925,926 baud, 0.5 % above 921,600. QEMU does not mind.
+const DIVIDER: u32 = 27;
+
+/// How long a byte may wait for the line before the answer that it belongs to is given up.
+const PATIENCE_TICKS: u32 = crate::board::TICKS_PER_US * 100_000;
+
+#[derive(Clone, Copy)]
+struct ReceiveInterrupt;
+
+// SAFETY: number 0 is UART 0's receive interrupt on both boards (Arm AN386 and AN500, table of interrupts).
+unsafe impl InterruptNumber for ReceiveInterrupt {
+    fn number(self) -> u16 {
+        0
+    }
+}
+
+fn read(register: usize) -> u32 {
+    // SAFETY: called with UART 0's registers only; they are words, aligned, and reading them has no effect on memory.
+    unsafe { (register as *const u32).read_volatile() }
+}
+
+fn write(register: usize, value: u32) {
+    // SAFETY: as in `read`; a UART moves bytes and interrupts, and no memory.
+    unsafe { (register as *mut u32).write_volatile(value) }
+}
+
+/// The sending side.
+pub struct Port {
+    _started: (),
+}
+
+/// The line did not take a byte in time: its other end does not listen.
+#[derive(Clone, Copy, Debug)]
+pub struct Stuck;
+
+impl Port {
+    /// Starts the UART, and its receive interrupt.
+    pub fn start() -> Self {
+        write(BAUD_DIVIDER, DIVIDER);
+        write(CTRL, CTRL_TX | CTRL_RX | CTRL_RX_INTERRUPT);
+        // SAFETY: what the handler shares with the main loop is `RING` and atomics, which are ready from the start.
+        unsafe { NVIC::unmask(ReceiveInterrupt) };
+        Self { _started: () }
+    }
+
+    fn wait(&self) -> Result<(), Stuck> {
+        let start = crate::board::ticks();
+        while read(STATE) & STATE_TX_FULL != 0 {
+            if crate::board::ticks().wrapping_sub(start) > PATIENCE_TICKS {
+                return Err(Stuck);
+            }
+        }
+        Ok(())
+    }
+}
+
+impl core::fmt::Display for Stuck {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str("the line did not take a byte in time")
+    }
+}
+impl core::error::Error for Stuck {}
+impl embedded_io::Error for Stuck {
+    fn kind(&self) -> embedded_io::ErrorKind {
+        embedded_io::ErrorKind::TimedOut
+    }
+}
+impl embedded_io::ErrorType for Port {
+    type Error = Stuck;
+}
+impl embedded_io::Write for Port {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize, Stuck> {
+        for byte in bytes {
+            self.wait()?;
+            write(DATA, u32::from(*byte));
+        }
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> Result<(), Stuck> {
+        self.wait()
+    }
+}
+
+/// Sleeps until an interrupt, unless bytes wait already.
+pub fn sleep_until_bytes() {
+    // With interrupts masked none comes between the look and the sleep; a pending one ends the sleep all the same.
+    interrupt::free(|_| {
+        if RING.is_empty() {
+            asm::wfi();
+        }
+    });
+}
+
+/// The only peripheral interrupt that is unmasked: bytes of the line to the ring.
+#[exception]
+unsafe fn DefaultHandler(_number: i16) {
+    let start = crate::board::ticks();
+    write(INTERRUPT_CLEAR, CLEAR_RX);
+    while read(STATE) & STATE_RX_FULL != 0 {
+        RING.push(read(DATA) as u8);
+    }
+    crate::board::interrupt_took(crate::board::ticks().wrapping_sub(start));
+}

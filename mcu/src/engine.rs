@@ -1,0 +1,88 @@
+//! What the device runs, as the device sees it.
+use crate::meter::Stage;
+use monorange_protocol::message::{Configure, Corners, FrameBegin, Landmark, Observation};
+
+/// What fits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Pixels in a row.
+    pub width: u16,
+    /// Rows.
+    pub height: u16,
+    /// Landmarks of the map.
+    pub landmarks: u16,
+    /// Corners of a picture.
+    pub corners: u16,
+}
+
+/// Where the robot is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Estimate {
+    /// Position in m.
+    pub position: [f32; 2],
+    /// Heading in rad.
+    pub heading: f32,
+    /// var_x, cov_xy, cov_xh, var_y, cov_yh, var_h.
+    pub covariance: [f32; 6],
+}
+
+/// Something that takes motion and pictures, row by row, and knows where it is.
+///
+/// The device calls in this order: `configure`; then `odometry` any number of times and for each picture either `begin`,
+/// `row` …, `end` or `abandon`, or `corners`. Rows are those announced by `begin`, all of them, from top to bottom,
+/// unless the picture is abandoned.
+pub trait Engine {
+    /// What fits.
+    const LIMITS: Limits;
+
+    /// Takes a configuration and forgets pose and map.
+    ///
+    /// # Errors
+    /// The value at fault; the configuration before stays.
+    fn configure(&mut self, configuration: &Configure) -> Result<(), monorange_core::Error>;
+
+    /// Whether it has a configuration.
+    fn is_configured(&self) -> bool;
+
+    /// Forgets pose and map.
+    fn reset(&mut self);
+
+    /// The robot moves for `duration` seconds with `speed` (m/s) and `turn` (rad/s).
+    fn odometry(&mut self, duration: f32, speed: f32, turn: f32);
+
+    /// A picture begins.
+    ///
+    /// # Errors
+    /// It does not fit the camera.
+    fn begin(&mut self, picture: &FrameBegin) -> Result<(), monorange_core::Error>;
+
+    /// The next row.
+    fn row(&mut self, pixels: &[u8]);
+
+    /// The picture is complete: finds its corners and updates the map. `lap` is told which stage just ended.
+    fn end(&mut self, lap: impl FnMut(Stage));
+
+    /// The picture is given up, or never came; motion still counts.
+    fn abandon(&mut self, time_us: u64);
+
+    /// A picture's corners, found elsewhere.
+    fn corners(&mut self, corners: &Corners);
+
+    /// Where the robot is.
+    fn estimate(&self) -> Estimate;
+
+    /// What became of the last frame's corners.
+    fn observations(&self) -> impl ExactSizeIterator<Item = Observation>;
+
+    /// The map.
+    fn landmarks(&self) -> impl ExactSizeIterator<Item = Landmark>;
+
+    /// The state as bytes.
+    fn save(&mut self) -> &[u8];
+
+    /// Memory in which a state to be restored is put together.
+    fn staging(&mut self) -> &mut [u8];
+
+    /// Takes the first `length` bytes of [`staging`](Self::staging) as the state; returns whether it was one.
+    fn restore(&mut self, length: usize) -> bool;
+}
