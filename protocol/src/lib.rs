@@ -5,6 +5,7 @@
 //! | bytes → frames | [`frame`] | a frame that comes out is one that went in: COBS between zeros, CRC-32, sequence number |
 //! | frames → messages | [`message`] | every payload decodes to a message or is counted; nothing panics, nothing is read beyond it |
 //! | how much to send | [`window`] | a sender that stays inside never overruns the receiver, and a lost frame cannot stall it |
+//! | a host's end of the line | `client` (feature `std`) | all of this over any byte stream |
 //!
 //! The wire format, byte by byte, with test vectors from which it can be implemented in C, is in `SPEC.md` beside
 //! this crate; a test keeps the vectors there equal to what this code sends.
@@ -31,6 +32,11 @@
 #![no_std]
 #![warn(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
+#[cfg(feature = "std")]
+extern crate std;
+
+#[cfg(feature = "std")]
+pub mod client;
 pub mod frame;
 pub mod message;
 pub mod window;

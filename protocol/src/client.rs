@@ -1,0 +1,170 @@
+//! The host's end of the line (feature `std`): sends within the credit, listens, and says hello after a silence.
+//!
+//! A [`Client`] works on any stream whose `read` gives up after a few milliseconds, as serial ports, TCP and Unix sockets do once
+//! a read timeout is set. What the device says goes to a callback as it comes.
+use crate::{
+    frame::{Deframer, LinkCounts, MAX_ENCODED},
+    message::{DeviceMessage, Hello, HostMessage},
+    window::Window,
+};
+use std::{
+    io::{self, Read, Write},
+    time::{Duration, Instant},
+};
+
+/// After this long without a word the line counts as empty and hello is said.
+const SILENCE: Duration = Duration::from_millis(500);
+
+/// The host's end of the line.
+#[derive(Debug)]
+pub struct Client<S> {
+    stream: S,
+    deframer: Deframer,
+    window: Window,
+    counts: LinkCounts,
+    last_heard: Option<u16>,
+    heard_at: Instant,
+    sequence: u16,
+    nonce: u32,
+    patience: Duration,
+}
+
+impl<S: Read + Write> Client<S> {
+    /// A client that has said hello; `nonce` is any number, another one for each client.
+    ///
+    /// # Errors
+    /// What the stream says.
+    pub fn new(stream: S, nonce: u32, patience: Duration) -> io::Result<Self> {
+        let mut client = Self {
+            stream,
+            deframer: Deframer::new(),
+            window: Window::new(),
+            counts: LinkCounts::ZERO,
+            last_heard: None,
+            heard_at: Instant::now(),
+            sequence: 0,
+            nonce,
+            patience,
+        };
+        client.hello()?;
+        Ok(client)
+    }
+
+    /// Sends a message as soon as there is credit for it, and listens until then.
+    ///
+    /// # Errors
+    /// What the stream says; [`io::ErrorKind::TimedOut`] when the device grants nothing for as long as the client's patience;
+    /// [`io::ErrorKind::InvalidInput`] when the message does not fit a frame.
+    pub fn send(
+        &mut self,
+        message: &HostMessage<'_>,
+        heard: &mut dyn FnMut(&DeviceMessage<'_>),
+    ) -> io::Result<()> {
+        let mut line = [0; MAX_ENCODED];
+        let sequence = self.sequence;
+        let line = message
+            .encode(sequence, &mut line)
+            .map_err(|error| io::Error::new(io::ErrorKind::InvalidInput, error))?;
+        self.listen_until(heard, |client| client.window.has_room(line.len()))?;
+        // A hello that was said meanwhile took a number.
+        let line = if self.sequence == sequence { line } else { return self.send(message, heard) };
+        self.sequence = sequence.wrapping_add(1);
+        self.window.sent(sequence, line.len());
+        self.stream.write_all(line)
+    }
+
+    /// Listens until the callback returns true.
+    ///
+    /// # Errors
+    /// What the stream says; [`io::ErrorKind::TimedOut`] when that does not come to pass within the client's patience.
+    pub fn wait_for(&mut self, heard: &mut dyn FnMut(&DeviceMessage<'_>) -> bool) -> io::Result<()> {
+        let mut found = false;
+        let start = Instant::now();
+        while !found {
+            if start.elapsed() > self.patience {
+                return Err(io::Error::new(io::ErrorKind::TimedOut, "the device does not answer"));
+            }
+            self.listen(&mut |message| found |= heard(message))?;
+        }
+        Ok(())
+    }
+
+    /// Takes what has come, waiting no longer than the stream's read timeout.
+    ///
+    /// # Errors
+    /// What the stream says, other than that nothing came.
+    pub fn listen(&mut self, heard: &mut dyn FnMut(&DeviceMessage<'_>)) -> io::Result<()> {
+        let mut bytes = [0; 4096];
+        let count = match self.stream.read(&mut bytes) {
+            Ok(0) => return Err(io::Error::new(io::ErrorKind::UnexpectedEof, "the line was closed")),
+            Ok(count) => count,
+            Err(error) => match error.kind() {
+                io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut | io::ErrorKind::Interrupted => 0,
+                _ => return Err(error),
+            },
+        };
+        for byte in bytes.iter().take(count) {
+            match self.deframer.push(*byte) {
+                None => {}
+                Some(Err(damage)) => self.counts.damage(damage),
+                Some(Ok(frame)) => {
+                    let new = self.counts.arrived(self.last_heard, frame.sequence);
+                    self.last_heard = Some(frame.sequence);
+                    self.heard_at = Instant::now();
+                    match DeviceMessage::decode(&frame) {
+                        Err(error) => self.counts.misunderstood(error),
+                        Ok(_) if !new => {}
+                        Ok(message) => {
+                            if let DeviceMessage::Credit(credit) = &message {
+                                self.window.credit(credit.sequence, credit.granted);
+                            }
+                            heard(&message);
+                        }
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// What was heard, and what was damaged on the way.
+    pub fn counts(&self) -> &LinkCounts {
+        &self.counts
+    }
+
+    /// The line.
+    pub fn stream(&mut self) -> &mut S {
+        &mut self.stream
+    }
+
+    fn listen_until(
+        &mut self,
+        heard: &mut dyn FnMut(&DeviceMessage<'_>),
+        done: impl Fn(&Self) -> bool,
+    ) -> io::Result<()> {
+        let start = Instant::now();
+        while !done(self) {
+            self.listen(heard)?;
+            if self.heard_at.elapsed() > SILENCE {
+                self.heard_at = Instant::now();
+                self.window.forget();
+                self.hello()?;
+            }
+            if start.elapsed() > self.patience {
+                return Err(io::Error::new(io::ErrorKind::TimedOut, "the device grants no credit"));
+            }
+        }
+        Ok(())
+    }
+
+    fn hello(&mut self) -> io::Result<()> {
+        let mut line = [0; MAX_ENCODED];
+        let hello = HostMessage::Hello(Hello { nonce: self.nonce });
+        let line = hello
+            .encode(self.sequence, &mut line)
+            .map_err(|error| io::Error::new(io::ErrorKind::InvalidInput, error))?;
+        self.window.sent(self.sequence, line.len());
+        self.sequence = self.sequence.wrapping_add(1);
+        self.stream.write_all(line)
+    }
+}
