@@ -27,6 +27,30 @@ pub enum Error {
         /// The size it must have (at least, for buffers).
         expected: usize,
     },
+    /// Time runs backwards, or is not a number.
+    TimeBackwards {
+        /// What was given, in seconds.
+        time: f64,
+        /// The latest time before it.
+        last: f64,
+    },
+    /// No landmark has this number.
+    UnknownLandmark {
+        /// The number.
+        id: u32,
+    },
+    /// A landmark has this number already.
+    KnownLandmark {
+        /// The number.
+        id: u32,
+    },
+    /// A capacity is used up.
+    Full {
+        /// Which one.
+        name: &'static str,
+        /// Its size.
+        capacity: usize,
+    },
 }
 
 impl fmt::Display for Error {
@@ -34,6 +58,10 @@ impl fmt::Display for Error {
         match self {
             Self::OutOfRange { name, value, expected } => write!(f, "{name} is {value}, must be {expected}"),
             Self::Size { name, got, expected } => write!(f, "{name} has size {got}, must have {expected}"),
+            Self::TimeBackwards { time, last } => write!(f, "time {time} s lies before {last} s"),
+            Self::UnknownLandmark { id } => write!(f, "there is no landmark {id}"),
+            Self::KnownLandmark { id } => write!(f, "there is a landmark {id} already"),
+            Self::Full { name, capacity } => write!(f, "{name} is full: it has room for {capacity}"),
         }
     }
 }

@@ -1,0 +1,461 @@
+//! The filter's state, its configuration, and the prediction.
+use super::factored;
+use super::landmark::{Form, Landmark};
+use super::model::{Relative, Row, Rows};
+use super::motion::Increment;
+use super::packed;
+use super::triangle::{Triangle, TriangleRef, packed_len};
+use crate::association::Gate;
+use crate::geometry::{Mount, Pose, RangeFinder, wrap_angle};
+use crate::{Error, Real, Result};
+use core::marker::PhantomData;
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector4};
+
+/// Which extended Kalman filter.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Variant {
+    /// Right-invariant: exponential retraction and covariance reset. Consistent on long loops.
+    #[default]
+    Invariant,
+    /// The paper's (12), (13): over-confident on long loops.
+    Textbook,
+    /// Jacobians at first estimates: consistent, brittle when a first estimate is an outlier.
+    FirstEstimates,
+}
+
+/// How the covariance is kept.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Covariance {
+    /// P itself, packed: the fastest.
+    #[default]
+    Packed,
+    /// P = U D Uᵀ, packed: positive by construction, twice the work. For months in `f32`.
+    Factored,
+}
+
+/// Settings of the filter. Checked once, by [`Filter::new`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FilterConfig<T> {
+    /// Which filter.
+    pub variant: Variant,
+    /// How the covariance is kept.
+    pub covariance: Covariance,
+    /// What is done with a measurement beyond its gate.
+    pub gate: Gate,
+    /// The gate for 1 and 2 degrees of freedom, a value of χ².
+    pub gate_nis: [T; 2],
+    /// The camera on its mount, for [`Measurement::Pixel`](super::Measurement::Pixel).
+    pub finder: Option<RangeFinder<T>>,
+    /// Standard deviations of the mount's height (m), tilt, roll and yaw (rad): their errors become states.
+    pub mount_std: Option<[T; 4]>,
+    /// (range, standard deviation) in metres of a landmark seen by its bearing alone.
+    pub range_prior: (T, T),
+    /// Linearity index below which an inverse-distance landmark becomes a point.
+    pub linearity: T,
+}
+
+impl<T: Real> Default for FilterConfig<T> {
+    fn default() -> Self {
+        Self {
+            variant: Variant::default(),
+            covariance: Covariance::default(),
+            gate: Gate::default(),
+            gate_nis: crate::association::CHI2_99.map(T::lit),
+            finder: None,
+            mount_std: None,
+            range_prior: (T::lit(4.0), T::lit(4.0)),
+            linearity: T::lit(0.1),
+        }
+    }
+}
+
+/// Landmarks whose downdates share one pass over the covariance.
+pub(super) const BATCH: usize = 4;
+/// Working vectors: two for every landmark of a batch, the correction, and two for the reset.
+const WORK: usize = 2 * BATCH + 3;
+/// Vectors beside the covariance: the state, its rounding errors, first estimates, and the working ones.
+const VECTORS: usize = 3 + WORK;
+/// States before the landmarks: the robot's.
+const ROBOT: usize = 3;
+/// The mount's.
+const MOUNT: usize = 4;
+
+/// States of a robot and `landmarks` points; an inverse-distance landmark counts twice.
+pub const fn states_for(landmarks: usize, with_mount: bool) -> usize {
+    ROBOT + if with_mount { MOUNT } else { 0 } + 2 * landmarks
+}
+
+/// Numbers that a filter of so many states needs to be lent.
+///
+/// ```
+/// use monorange_core::slam::{states_for, storage_len};
+/// assert_eq!(4 * storage_len(states_for(32, false)), 12_864); // bytes of f32 for 32 landmarks
+/// ```
+pub const fn storage_len(states: usize) -> usize {
+    VECTORS * states + packed_len(states)
+}
+
+/// The filter: robot, landmarks, and their joint covariance, in storage lent by the caller.
+///
+/// `S` holds numbers ([`storage_len`] of them), `L` the landmarks' records: arrays on a microcontroller, `Vec`s on
+/// a host. The state changes in [`predict`](Self::predict), [`update`](Self::update), the births and removals, and
+/// nowhere else; a call that returns an error has changed nothing.
+///
+/// ```
+/// use monorange_core::geometry::Pose;
+/// use monorange_core::slam::*;
+/// use nalgebra::{Matrix2, Matrix3, Vector2};
+/// const STATES: usize = states_for(4, false);
+/// let storage = [0.0_f64; storage_len(STATES)];
+/// let landmarks = [Landmark::default(); 4];
+/// let mut filter = Filter::new(storage, landmarks, Pose::default(), Matrix3::zeros(), FilterConfig::default())?;
+/// // A landmark 2 m ahead; then a step of 1 m, uncertain by 0.1 m; then the landmark again, at 1.1 m.
+/// filter.birth(0.0, 7, &Measurement::range_bearing(2.0, 0.0, 0.01, 0.01))?;
+/// let noise = Matrix2::from_diagonal(&Vector2::new(0.01, 1e-4));
+/// filter.predict(1.0, &Increment::from_velocity(1.0, 0.0, 1.0, &noise, Integration::Arc))?;
+/// let sighting = Observation { landmark: 7, measurement: Measurement::range_bearing(1.1, 0.0, 0.01, 0.01) };
+/// let mut outcome = [Outcome::default()];
+/// filter.update(&[sighting], &mut outcome)?;
+/// assert!((filter.pose().x - 0.9).abs() < 0.01);
+/// # Ok::<(), monorange_core::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Filter<T, S, L> {
+    pub(super) config: FilterConfig<T>,
+    storage: S,
+    pub(super) landmarks: L,
+    pub(super) count: usize,
+    capacity: usize,
+    pub(super) size: usize,
+    pub(super) time: f64,
+    /// The pose as predicted, where first-estimates Jacobians are taken.
+    pub(super) first_pose: [T; 3],
+    scalar: PhantomData<T>,
+}
+
+/// The storage, cut into its parts.
+pub(super) struct Parts<'a, T> {
+    /// The state.
+    pub(super) x: &'a mut [T],
+    /// What rounding has taken from the state: x + rounding is the state to twice the digits.
+    pub(super) rounding: &'a mut [T],
+    /// First estimates.
+    pub(super) first: &'a mut [T],
+    /// Working vectors.
+    pub(super) work: &'a mut [T],
+    /// P, or U and D.
+    pub(super) p: Triangle<'a, T>,
+}
+
+impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landmark<T>]>> Filter<T, S, L> {
+    /// A filter at `pose` with an empty map.
+    ///
+    /// # Errors
+    /// [`Error::Size`] when `storage` cannot hold a robot; [`Error::OutOfRange`] for a number that is not finite, a
+    /// negative variance, or a gate that is not above 0.
+    pub fn new(
+        storage: S,
+        landmarks: L,
+        pose: Pose<T>,
+        covariance: Matrix3<T>,
+        config: FilterConfig<T>,
+    ) -> Result<Self> {
+        let length = storage.as_ref().len();
+        let start = if config.mount_std.is_some() { ROBOT + MOUNT } else { ROBOT };
+        let mut capacity = 0;
+        while storage_len(capacity + 1) <= length {
+            capacity += 1;
+        }
+        if capacity < start {
+            return Err(Error::Size { name: "filter.storage", got: length, expected: storage_len(start) });
+        }
+        check_config(&config)?;
+        let prior = Increment { delta: [pose.x, pose.y, pose.heading].into(), covariance };
+        prior.check()?;
+        let first_pose = [pose.x, pose.y, pose.heading];
+        let scalar = PhantomData;
+        let mut filter =
+            Self { config, storage, landmarks, count: 0, capacity, size: start, time: 0.0, first_pose, scalar };
+        filter.storage.as_mut().fill(T::zero());
+        let parts = filter.parts();
+        for (value, start) in parts.x.iter_mut().zip(first_pose) {
+            *value = start;
+        }
+        let mut p = parts.p;
+        for row in 0..ROBOT {
+            for column in row..ROBOT {
+                p.set(row, column, (covariance[(row, column)] + covariance[(column, row)]) * T::lit(0.5));
+            }
+        }
+        for (at, std) in config.mount_std.into_iter().flatten().enumerate() {
+            p.set(ROBOT + at, ROBOT + at, std * std);
+        }
+        if config.covariance == Covariance::Factored {
+            factored::factorise(&mut p);
+        }
+        Ok(filter)
+    }
+
+    /// The settings.
+    pub fn config(&self) -> &FilterConfig<T> {
+        &self.config
+    }
+
+    /// The settings of the gate, which may change while the filter runs.
+    pub fn set_gate(&mut self, gate: Gate) {
+        self.config.gate = gate;
+    }
+
+    /// Seconds, as of the last prediction or birth.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// The robot in the world.
+    pub fn pose(&self) -> Pose<T> {
+        let [x, y, heading] = self.robot();
+        Pose::new(x, y, heading)
+    }
+
+    /// Covariance of (x, y, heading).
+    pub fn pose_covariance(&self) -> Matrix3<T> {
+        Matrix3::from_fn(|row, column| self.covariance_at(row, column))
+    }
+
+    /// The landmarks' records in the order of their births; their numbers come from
+    /// [`position`](Self::position).
+    pub fn landmarks(&self) -> &[Landmark<T>] {
+        self.landmarks.as_ref().get(..self.count).unwrap_or_default()
+    }
+
+    /// The records, for the fields that are not the filter's own.
+    pub fn landmarks_mut(&mut self) -> &mut [Landmark<T>] {
+        self.landmarks.as_mut().get_mut(..self.count).unwrap_or_default()
+    }
+
+    /// The landmark called `id`.
+    pub fn landmark(&self, id: u32) -> Option<&Landmark<T>> {
+        self.landmarks().iter().find(|landmark| landmark.id == id)
+    }
+
+    /// A landmark's position in the world; `None` for an inverse-distance landmark without a finite distance.
+    pub fn position(&self, landmark: &Landmark<T>) -> Option<Vector2<T>> {
+        let anchor = Vector2::new(self.x(landmark.offset), self.x(landmark.offset + 1));
+        if landmark.form == Form::Point {
+            return Some(anchor);
+        }
+        let (angle, inverse) = (self.x(landmark.offset + 2), self.x(landmark.offset + 3));
+        let towards = Vector2::new(angle.cos(), angle.sin());
+        (inverse > T::lit(1e-4)).then(|| anchor + towards / inverse)
+    }
+
+    /// Covariance of [`position`](Self::position), to first order.
+    pub fn position_covariance(&self, landmark: &Landmark<T>) -> Option<Matrix2<T>> {
+        self.position(landmark)?;
+        let rows = self.position_rows(landmark);
+        Some(packed::cross(|row, column| self.covariance_at(row, column), &rows, &rows))
+    }
+
+    /// Errors of the mount's height (m), tilt, roll, yaw (rad), where they are states: true minus assumed.
+    pub fn mount_error(&self) -> Option<Vector4<T>> {
+        self.config.mount_std.map(|_| Vector4::from_fn(|row, _| self.x(ROBOT + row)))
+    }
+
+    /// Standard deviations of [`mount_error`](Self::mount_error).
+    pub fn mount_error_std(&self) -> Option<Vector4<T>> {
+        self.config.mount_std.map(|_| Vector4::from_fn(|row, _| self.covariance_at(ROBOT + row, ROBOT + row).sqrt()))
+    }
+
+    /// The range finder with the mount as estimated.
+    pub fn finder(&self) -> Option<RangeFinder<T>> {
+        let finder = self.config.finder?;
+        let Some(error) = self.mount_error() else { return Some(finder) };
+        let mut parameters = finder.mount().parameters();
+        for (parameter, error) in parameters.iter_mut().zip(error.iter()) {
+            *parameter += *error;
+        }
+        let mount = Mount::new(parameters).ok()?;
+        Some(RangeFinder::new(*finder.camera(), mount))
+    }
+
+    /// States in use and states there is room for.
+    pub fn states(&self) -> (usize, usize) {
+        (self.size, self.capacity)
+    }
+
+    /// One entry of P. States are x, y, heading, the mount's four where estimated, then the landmarks' at their
+    /// offsets. Zero outside.
+    pub fn covariance_at(&self, row: usize, column: usize) -> T {
+        if row >= self.size || column >= self.size {
+            return T::zero();
+        }
+        match self.config.covariance {
+            Covariance::Packed => self.triangle().at(row, column),
+            Covariance::Factored => factored::covariance_at(self.triangle(), row, column),
+        }
+    }
+
+    /// One number of the state. Zero outside.
+    pub fn state_at(&self, index: usize) -> T {
+        if index < self.size { self.x(index) } else { T::zero() }
+    }
+
+    /// Predicts the robot's motion up to `time` seconds: (8), (12). O(n).
+    ///
+    /// # Errors
+    /// [`Error::TimeBackwards`]; [`Error::OutOfRange`] for a number that is not finite or a negative variance.
+    pub fn predict(&mut self, time: f64, increment: &Increment<T>) -> Result<()> {
+        self.check_time(time)?;
+        increment.check()?;
+        let (variant, form, first) = (self.config.variant, self.config.covariance, self.first_pose);
+        let pose = self.pose();
+        let rotation = pose.rotation();
+        let shift = rotation * increment.delta.xy();
+        let mut parts = self.parts();
+        for (index, step) in [shift.x, shift.y, increment.delta.z].into_iter().enumerate() {
+            parts.add(index, step);
+        }
+        parts.wrap_heading();
+        let [x, y, heading] = parts.robot();
+        let lever = match variant {
+            Variant::FirstEstimates => Vector2::new(x - first[0], y - first[1]),
+            Variant::Invariant | Variant::Textbook => shift,
+        };
+        let turn = rotation.to_homogeneous();
+        let noise = turn * increment.covariance * turn.transpose();
+        match form {
+            Covariance::Packed => packed::predict(&mut parts.p, [-lever.y, lever.x], &noise),
+            Covariance::Factored => factored::predict(&mut parts.p, [-lever.y, lever.x], &noise),
+        }
+        self.first_pose = [x, y, heading];
+        self.time = time;
+        Ok(())
+    }
+
+    pub(super) fn check_time(&self, time: f64) -> Result<()> {
+        if time >= self.time && time.is_finite() {
+            return Ok(());
+        }
+        Err(Error::TimeBackwards { time, last: self.time })
+    }
+
+    /// Cuts the storage into its parts.
+    pub(super) fn parts(&mut self) -> Parts<'_, T> {
+        self.parts_and_landmarks().0
+    }
+
+    /// As [`parts`](Self::parts), with the records beside them.
+    #[allow(clippy::indexing_slicing, reason = "the capacity was computed from the length")]
+    pub(super) fn parts_and_landmarks(&mut self) -> (Parts<'_, T>, &[Landmark<T>]) {
+        let n = self.capacity;
+        let (vectors, p) = self.storage.as_mut().split_at_mut(VECTORS * n);
+        let (x, vectors) = vectors.split_at_mut(n);
+        let (rounding, vectors) = vectors.split_at_mut(n);
+        let (first, work) = vectors.split_at_mut(n);
+        let p = Triangle::new(&mut p[..packed_len(n)], n, self.size);
+        (Parts { x, rounding, first, work, p }, self.landmarks.as_ref().get(..self.count).unwrap_or_default())
+    }
+
+    #[allow(clippy::indexing_slicing, reason = "the capacity was computed from the length")]
+    pub(super) fn triangle(&self) -> TriangleRef<'_, T> {
+        let n = self.capacity;
+        TriangleRef::new(&self.storage.as_ref()[VECTORS * n..], n, self.size)
+    }
+
+    /// The state, rounded.
+    #[allow(clippy::indexing_slicing, reason = "offsets come from the filter's own records")]
+    pub(super) fn x(&self, index: usize) -> T {
+        self.storage.as_ref()[index]
+    }
+
+    /// x[i] − x[j], free of what rounding takes from either far from the origin.
+    #[allow(clippy::indexing_slicing, reason = "offsets come from the filter's own records")]
+    pub(super) fn difference(&self, i: usize, j: usize) -> T {
+        let (all, n) = (self.storage.as_ref(), self.capacity);
+        (all[i] - all[j]) + (all[n + i] - all[n + j])
+    }
+
+    #[allow(clippy::indexing_slicing, reason = "offsets come from the filter's own records")]
+    pub(super) fn first(&self, index: usize) -> T {
+        self.storage.as_ref()[2 * self.capacity + index]
+    }
+
+    /// ∂position/∂(the landmark's numbers).
+    pub(super) fn position_rows(&self, landmark: &Landmark<T>) -> Rows<T> {
+        let mut rows = Rows::new();
+        let _ = rows.push(Row::new(landmark.offset, Matrix2::identity()));
+        if landmark.form == Form::InverseDistance {
+            let at = landmark.offset + 2;
+            let (angle, inverse) = (self.x(at), self.x(at + 1));
+            let towards = Vector2::new(angle.cos(), angle.sin()) / inverse;
+            let across = Vector2::new(-towards.y, towards.x);
+            let _ = rows.push(Row::new(at, Matrix2::from_columns(&[across, towards / -inverse])));
+        }
+        rows
+    }
+
+    fn robot(&self) -> [T; 3] {
+        [self.x(0), self.x(1), self.x(2)]
+    }
+
+    /// The landmark as the robot sees it now.
+    pub(super) fn relative(&self, landmark: &Landmark<T>) -> Relative<T> {
+        let (sin, cos) = self.x(2).sin_cos();
+        let at = landmark.offset;
+        let offset = Vector2::new(self.difference(at, 0), self.difference(at + 1, 1));
+        let inverse = landmark.form == Form::InverseDistance;
+        Relative { heading: (cos, sin), offset, ray: inverse.then(|| (self.x(at + 2), self.x(at + 3))) }
+    }
+
+    /// The landmark as seen where Jacobians are taken.
+    pub(super) fn reference(&self, landmark: &Landmark<T>) -> Relative<T> {
+        if self.config.variant != Variant::FirstEstimates {
+            return self.relative(landmark);
+        }
+        let [x, y, heading] = self.first_pose;
+        let (sin, cos) = heading.sin_cos();
+        let at = landmark.offset;
+        let offset = Vector2::new(self.first(at) - x, self.first(at + 1) - y);
+        let inverse = landmark.form == Form::InverseDistance;
+        Relative { heading: (cos, sin), offset, ray: inverse.then(|| (self.first(at + 2), self.first(at + 3))) }
+    }
+}
+
+impl<T: Real> Parts<'_, T> {
+    /// x[index] += step, keeping what rounding takes.
+    #[allow(clippy::indexing_slicing, reason = "index < size")]
+    pub(super) fn add(&mut self, index: usize, step: T) {
+        // Fast-two-sum needs no ordering this way round (Knuth's two-sum).
+        let (old, step) = (self.x[index], self.rounding[index] + step);
+        let new = old + step;
+        let virtual_step = new - old;
+        self.rounding[index] = (old - (new - virtual_step)) + (step - virtual_step);
+        self.x[index] = new;
+    }
+
+    #[allow(clippy::indexing_slicing, reason = "a filter has a robot")]
+    pub(super) fn wrap_heading(&mut self) {
+        let wrapped = wrap_angle(self.x[2]);
+        if wrapped != self.x[2] {
+            self.x[2] = wrapped;
+        }
+    }
+
+    #[allow(clippy::indexing_slicing, reason = "a filter has a robot")]
+    pub(super) fn robot(&self) -> [T; 3] {
+        [self.x[0], self.x[1], self.x[2]]
+    }
+}
+
+fn check_config<T: Real>(config: &FilterConfig<T>) -> Result<()> {
+    let positive = |name, number: T| {
+        let value = number.to_f64();
+        let ok = number.is_finite() && number > T::zero();
+        if ok { Ok(()) } else { Err(Error::OutOfRange { name, value, expected: "finite and above 0" }) }
+    };
+    config.gate_nis.into_iter().try_for_each(|gate| positive("filter.gate_nis", gate))?;
+    config.mount_std.into_iter().flatten().try_for_each(|std| positive("filter.mount_std", std))?;
+    positive("filter.range_prior", config.range_prior.0)?;
+    positive("filter.range_prior", config.range_prior.1)?;
+    positive("filter.linearity", config.linearity)
+}

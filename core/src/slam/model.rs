@@ -1,0 +1,256 @@
+//! Observation models and their sparse Jacobians: the paper's (9) and the others.
+//!
+//! ```text
+//! d = R(θ)ᵀ(l − p)                                  the landmark in the robot's frame
+//! H_p = −D Rᵀ,  H_θ = −D Rᵀ J (l − p),  H_l = D Rᵀ,     D = ∂h/∂d,   J = [0 −1; 1 0]
+//! ```
+//!
+//! | measurement | h(d) | D |
+//! |---|---|---|
+//! | range, bearing | (‖d‖, atan2(d_y, d_x)) | (dᵀ/r; (−d_y, d_x)/r²) |
+//! | bearing, range | one of the two | its row |
+//! | pixel | camera(robot_from_camᵀ(d − lever arm, −height)) | ∂pixel/∂ray · ∂ray/∂d |
+//!
+//! An inverse-distance landmark has l = a + m(φ)/ρ, m = (cos φ, sin φ). Its bearing is taken from
+//! ρ d = Rᵀ(ρ(a − p) + m), which is finite for a landmark at infinity.
+use super::landmark::Form;
+use super::measurement::Measurement;
+use crate::Real;
+use crate::geometry::{RangeFinder, range_bearing_by_floor, wrap_angle};
+use nalgebra::{Matrix2, Matrix2x3, Matrix2x4, Vector2, Vector3};
+
+/// Two neighbouring columns of H.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Row<T> {
+    /// The first of the two columns.
+    pub(super) column: usize,
+    /// By row of H.
+    pub(super) coefficients: [[T; 2]; 2],
+}
+
+impl<T: Real> Row<T> {
+    pub(super) fn new(column: usize, block: Matrix2<T>) -> Self {
+        Self { column, coefficients: [[block.m11, block.m12], [block.m21, block.m22]] }
+    }
+
+    pub(super) fn matrix(&self) -> Matrix2<T> {
+        let [[a, b], [c, d]] = self.coefficients;
+        Matrix2::new(a, b, c, d)
+    }
+}
+
+/// The non-zero columns of H, two by two: robot, mount, landmark.
+pub(super) type Rows<T> = heapless::Vec<Row<T>, 6>;
+
+/// A measurement linearised about the state. A measurement of one degree of freedom has zeros in its second row
+/// and an identity there in `noise`.
+///
+/// Build one of these to give the filter a measurement it does not know, after checking its Jacobians with
+/// [`jacobian_deviation`](super::jacobian_deviation).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Linearised<T> {
+    /// Measured minus predicted, bearings wrapped.
+    pub innovation: Vector2<T>,
+    /// ∂h/∂(x, y, θ).
+    pub by_robot: Matrix2x3<T>,
+    /// ∂h/∂(height, tilt, roll, yaw), zero unless the filter estimates the mount.
+    pub by_mount: Matrix2x4<T>,
+    /// ∂h/∂landmark: two columns for a point, four for an inverse-distance landmark.
+    pub by_landmark: Matrix2x4<T>,
+    /// R.
+    pub noise: Matrix2<T>,
+    /// 1 or 2.
+    pub dof: usize,
+}
+
+impl<T: Real> Linearised<T> {
+    pub(super) fn is_finite(&self) -> bool {
+        let jacobians = self.by_robot.iter().chain(&self.by_mount).chain(&self.by_landmark);
+        self.innovation.iter().chain(&self.noise).chain(jacobians).all(|value| value.is_finite())
+    }
+
+    /// The columns of H, for a landmark at `offset` of the state.
+    pub(super) fn rows(&self, offset: usize, form: Form, with_mount: bool) -> Rows<T> {
+        let mut rows = Rows::new();
+        let robot = &self.by_robot;
+        let heading = Matrix2::new(T::zero(), robot.m13, T::zero(), robot.m23);
+        let blocks = [Row::new(0, robot.fixed_columns::<2>(0).into_owned()), Row::new(1, heading)];
+        let mount = [0, 2].map(|at| Row::new(3 + at, self.by_mount.fixed_columns::<2>(at).into_owned()));
+        let landmark = [0, 2].map(|at| Row::new(offset + at, self.by_landmark.fixed_columns::<2>(at).into_owned()));
+        let chosen = blocks.into_iter().chain(mount.into_iter().filter(|_| with_mount));
+        for row in chosen.chain(landmark.into_iter().take(form.len() / 2)) {
+            let _ = rows.push(row); // 2 + 2 + 2 at most: its capacity
+        }
+        rows
+    }
+}
+
+/// A landmark as the robot sees it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Relative<T> {
+    /// cos θ, sin θ.
+    pub(super) heading: (T, T),
+    /// l − p or a − p, in the world's directions.
+    pub(super) offset: Vector2<T>,
+    /// (φ, ρ) of an inverse-distance landmark.
+    pub(super) ray: Option<(T, T)>,
+}
+
+/// A point in the robot's frame with its Jacobians.
+struct Sight<T> {
+    point: Vector2<T>,
+    by_robot: Matrix2x3<T>,
+    by_landmark: Matrix2x4<T>,
+}
+
+/// 1/ρ beyond this many metres has no range.
+const FARTHEST: f64 = 1e4;
+
+impl<T: Real> Relative<T> {
+    fn robot_from_world(&self) -> Matrix2<T> {
+        let (cos, sin) = self.heading;
+        Matrix2::new(cos, sin, -sin, cos)
+    }
+
+    /// d, or `None` for an inverse-distance landmark without a finite distance.
+    pub(super) fn point(&self) -> Option<Vector2<T>> {
+        self.sight(false).map(|sight| sight.point)
+    }
+
+    /// d and its Jacobians; multiplied by ρ where `scaled`.
+    fn sight(&self, scaled: bool) -> Option<Sight<T>> {
+        let turn = self.robot_from_world();
+        let (zero, one) = (T::zero(), T::one());
+        let (offset, scale, by_ray) = match self.ray {
+            None => (self.offset, one, Matrix2::zeros()),
+            Some((angle, inverse)) => {
+                let towards = Vector2::new(angle.cos(), angle.sin());
+                let across = Vector2::new(-towards.y, towards.x);
+                if scaled {
+                    let offset = self.offset * inverse + towards;
+                    (offset, inverse, Matrix2::from_columns(&[across, self.offset]))
+                } else if inverse > T::lit(1.0 / FARTHEST) {
+                    let by_ray = [across / inverse, towards / -(inverse * inverse)];
+                    (self.offset + towards / inverse, one, Matrix2::from_columns(&by_ray))
+                } else {
+                    return None;
+                }
+            }
+        };
+        let by_heading = turn * Vector2::new(offset.y, -offset.x);
+        let (turned, rays) = (turn * scale, turn * by_ray);
+        Some(Sight {
+            point: turn * offset,
+            by_robot: Matrix2x3::from_columns(&[
+                -turned.column(0).into_owned(),
+                -turned.column(1).into_owned(),
+                by_heading,
+            ]),
+            by_landmark: Matrix2x4::new(
+                turned.m11, turned.m12, rays.m11, rays.m12, turned.m21, turned.m22, rays.m21, rays.m22,
+            )
+            .map(|value| if value.is_finite() { value } else { zero }),
+        })
+    }
+}
+
+/// h(d), ∂h/∂d and ∂h/∂mount.
+pub(super) struct Prediction<T> {
+    value: Vector2<T>,
+    by_point: Matrix2<T>,
+    by_mount: Matrix2x4<T>,
+}
+
+/// Linearises `measurement` of the landmark `now`, with the Jacobians taken at `at` (the same, or the first
+/// estimates). `None` where the model has no value there: the landmark on the robot, or behind the camera.
+pub(super) fn linearise<T: Real>(
+    measurement: &Measurement<T>,
+    now: &Relative<T>,
+    at: &Relative<T>,
+    finder: Option<&RangeFinder<T>>,
+) -> Option<Linearised<T>> {
+    let scaled = matches!(measurement, Measurement::Bearing { .. });
+    let (seen, reference) = (now.sight(scaled)?, at.sight(scaled)?);
+    let value = predict(measurement, &seen.point, finder)?.value;
+    let Prediction { by_point, by_mount, .. } = predict(measurement, &reference.point, finder)?;
+    let (zero, one) = (T::zero(), T::one());
+    let single = |variance: T| Matrix2::new(variance, zero, zero, one);
+    let (innovation, noise) = match measurement {
+        Measurement::RangeBearing { range, bearing, covariance, .. } => {
+            (Vector2::new(*range - value.x, wrap_angle(*bearing - value.y)), *covariance)
+        }
+        Measurement::Bearing { bearing, variance, .. } => {
+            (Vector2::new(wrap_angle(*bearing - value.x), zero), single(*variance))
+        }
+        Measurement::Range { range, variance } => (Vector2::new(*range - value.x, zero), single(*variance)),
+        Measurement::Pixel { pixel, covariance } => (pixel - value, *covariance),
+    };
+    let linear = Linearised {
+        innovation,
+        by_robot: by_point * reference.by_robot,
+        by_mount,
+        by_landmark: by_point * reference.by_landmark,
+        noise,
+        dof: measurement.dof(),
+    };
+    linear.is_finite().then_some(linear)
+}
+
+fn predict<T: Real>(
+    measurement: &Measurement<T>,
+    point: &Vector2<T>,
+    finder: Option<&RangeFinder<T>>,
+) -> Option<Prediction<T>> {
+    if let Measurement::Pixel { .. } = measurement {
+        return predict_pixel(finder?, point);
+    }
+    let range = point.norm();
+    if range <= T::zero() {
+        return None;
+    }
+    let bearing = point.y.atan2(point.x);
+    let (zero, both) = (T::zero(), range_bearing_by_floor(*point, range));
+    let one_row = |row: usize| Matrix2::new(both[(row, 0)], both[(row, 1)], zero, zero);
+    let without_mount = |value, by_point| Prediction { value, by_point, by_mount: Matrix2x4::zeros() };
+    Some(match measurement {
+        Measurement::Bearing { .. } => without_mount(Vector2::new(bearing, zero), one_row(1)),
+        Measurement::Range { .. } => without_mount(Vector2::new(range, zero), one_row(0)),
+        Measurement::RangeBearing { by_mount, .. } => Prediction {
+            value: Vector2::new(range, bearing),
+            by_point: both,
+            // Measured with the assumed mount, while the true one is the assumed one plus the state's errors:
+            // the true point lies at z + by_mount · errors.
+            by_mount: by_mount.map_or_else(Matrix2x4::zeros, |jacobian| -jacobian),
+        },
+        Measurement::Pixel { .. } => return None,
+    })
+}
+
+/// The pixel of a floor point: c = robot_from_camᵀ(d − lever arm, −height), ray c_xy/c_z. A mount angle's error dα
+/// about the axis ω turns the camera in the robot's frame, so ∂c/∂α = −robot_from_camᵀ(ω × v).
+fn predict_pixel<T: Real>(finder: &RangeFinder<T>, point: &Vector2<T>) -> Option<Prediction<T>> {
+    let [height, tilt, _, yaw, forward, left] = finder.mount().parameters();
+    let (zero, one) = (T::zero(), T::one());
+    let in_robot = Vector3::new(point.x - forward, point.y - left, -height);
+    let cam_from_robot = finder.robot_from_cam().transpose();
+    let in_cam = cam_from_robot * in_robot;
+    if in_cam.z <= height * T::lit(1e-3) {
+        return None;
+    }
+    let ray = in_cam.xy() / in_cam.z;
+    let value = finder.camera().pixel_from_ray(ray)?;
+    let by_cam = Matrix2x3::new(one, zero, -ray.x, zero, one, -ray.y) / in_cam.z;
+    let by_robot_point = finder.camera().pixel_by_ray(ray) * by_cam * cam_from_robot;
+    let ((sin_yaw, cos_yaw), (sin_tilt, cos_tilt)) = (yaw.sin_cos(), tilt.sin_cos());
+    let axes = [
+        Vector3::new(-sin_yaw, cos_yaw, zero),
+        Vector3::new(cos_yaw * cos_tilt, sin_yaw * cos_tilt, -sin_tilt),
+        Vector3::new(zero, zero, one),
+    ];
+    let [by_tilt, by_roll, by_yaw] = axes.map(|axis| by_robot_point * -axis.cross(&in_robot));
+    Some(Prediction {
+        value,
+        by_point: by_robot_point.fixed_columns::<2>(0).into_owned(),
+        by_mount: Matrix2x4::from_columns(&[-by_robot_point.column(2).into_owned(), by_tilt, by_roll, by_yaw]),
+    })
+}

@@ -1,0 +1,124 @@
+//! Operations on the covariance itself, kept as a packed symmetric matrix.
+//!
+//! | operation | cost | touches |
+//! |---|---|---|
+//! | predict | 4n flops | the robot's rows |
+//! | P Hᵀ of one landmark | 20n flops | five rows |
+//! | downdate by k landmarks, reset | (4k + 4)·n²/2 flops | every entry once |
+//!
+//! A frame's landmarks are downdated together, P ← P − Σ w wᵀ with w = P Hᵀ L⁻ᵀ, S = L Lᵀ: one pass over the
+//! memory for up to [`BATCH`](super::filter::BATCH) of them, and the invariant filter's reset rides on the same
+//! pass. Every sum is elementwise, so vector instructions do not change a bit.
+#![allow(clippy::indexing_slicing, reason = "kernel: all vectors are sliced to the triangle's size first")]
+use super::model::Row;
+use super::triangle::{Triangle, TriangleRef};
+use crate::Real;
+use nalgebra::{Matrix2, Matrix3};
+
+/// P ← F P Fᵀ + Q, F = I + (shift) e_θᵀ: the prediction (12), of the robot's rows alone.
+pub(super) fn predict<T: Real>(p: &mut Triangle<'_, T>, shift: [T; 2], noise: &Matrix3<T>) {
+    let [along_x, along_y, along_heading] = p.robot_rows_mut();
+    for ((x, y), heading) in along_x.iter_mut().zip(along_y).zip(along_heading) {
+        *x += shift[0] * *heading;
+        *y += shift[1] * *heading;
+    }
+    let (p02, p12, p22) = (p.at(0, 2), p.at(1, 2), p.at(2, 2));
+    let two = T::lit(2.0);
+    p.set(0, 0, p.at(0, 0) + shift[0] * (two * p02 + shift[0] * p22) + noise.m11);
+    p.set(0, 1, p.at(0, 1) + shift[0] * (p12 + shift[1] * p22) + shift[1] * p02 + noise.m12);
+    p.set(1, 1, p.at(1, 1) + shift[1] * (two * p12 + shift[1] * p22) + noise.m22);
+    p.set(0, 2, p02 + shift[0] * p22 + noise.m13);
+    p.set(1, 2, p12 + shift[1] * p22 + noise.m23);
+    p.set(2, 2, p22 + noise.m33);
+}
+
+/// The two columns of P Hᵀ.
+pub(super) fn times<T: Real>(p: TriangleRef<'_, T>, rows: &[Row<T>], out: [&mut [T]; 2]) {
+    let size = p.size;
+    let [first, second] = out.map(|vector| &mut vector[..size]);
+    first.fill(T::zero());
+    second.fill(T::zero());
+    for pair in rows {
+        // A pair of neighbouring columns c, c + 1 of H: above the diagonal they lie side by side.
+        let (c, [[a0, a1], [b0, b1]]) = (pair.column, pair.coefficients);
+        p.for_columns_above(c, |row, left, right| {
+            first[row] += a0 * left + a1 * right;
+            second[row] += b0 * left + b1 * right;
+        });
+        let (upper, lower) = (p.row(c), p.row(c + 1));
+        first[c] += a0 * upper[0] + a1 * upper[1];
+        second[c] += b0 * upper[0] + b1 * upper[1];
+        let tail = first[c + 1..].iter_mut().zip(&mut second[c + 1..]);
+        for ((x, y), (left, right)) in tail.zip(upper[1..].iter().zip(lower)) {
+            *x += a0 * *left + a1 * *right;
+            *y += b0 * *left + b1 * *right;
+        }
+    }
+}
+
+/// H P Gᵀ of two sparse pairs of rows: what joint compatibility and a gate need.
+pub(super) fn cross<T: Real>(at: impl Fn(usize, usize) -> T, h: &[Row<T>], g: &[Row<T>]) -> Matrix2<T> {
+    let mut sum = Matrix2::zeros();
+    for left in h {
+        for right in g {
+            let (i, j) = (left.column, right.column);
+            let block = Matrix2::new(at(i, j), at(i, j + 1), at(i + 1, j), at(i + 1, j + 1));
+            sum += left.matrix() * block * right.matrix().transpose();
+        }
+    }
+    sum
+}
+
+/// P ← P − Σ w wᵀ (+ a bᵀ + b aᵀ), one pass over the memory.
+pub(super) fn downdate<T: Real>(p: &mut Triangle<'_, T>, pairs: &[[&[T]; 2]], reset: Option<[&[T]; 2]>) {
+    let size = p.size;
+    for i in 0..size {
+        let row = p.row_mut(i);
+        let of = |vector: &'_ [T]| vector[i];
+        let mut rest = pairs;
+        if let Some([a, b]) = reset {
+            if let [[u, v], tail @ ..] = rest {
+                let factors = [-of(u), -of(v), of(b), of(a)];
+                add4(row, factors, [&u[i..size], &v[i..size], &a[i..size], &b[i..size]]);
+                rest = tail;
+            } else {
+                add2(row, [of(b), of(a)], [&a[i..size], &b[i..size]]);
+            }
+        }
+        while let [[u, v], [s, t], tail @ ..] = rest {
+            let factors = [-of(u), -of(v), -of(s), -of(t)];
+            add4(row, factors, [&u[i..size], &v[i..size], &s[i..size], &t[i..size]]);
+            rest = tail;
+        }
+        if let [[u, v]] = rest {
+            add2(row, [-of(u), -of(v)], [&u[i..size], &v[i..size]]);
+        }
+    }
+}
+
+fn add2<T: Real>(row: &mut [T], factors: [T; 2], vectors: [&[T]; 2]) {
+    let ([f, g], [u, v]) = (factors, vectors);
+    for ((entry, u), v) in row.iter_mut().zip(u).zip(v) {
+        *entry += f * *u + g * *v;
+    }
+}
+
+fn add4<T: Real>(row: &mut [T], factors: [T; 4], vectors: [&[T]; 4]) {
+    let ([f, g, h, k], [u, v, s, t]) = (factors, vectors);
+    for ((((entry, u), v), s), t) in row.iter_mut().zip(u).zip(v).zip(s).zip(t) {
+        *entry += (f * *u + g * *v) + (h * *s + k * *t);
+    }
+}
+
+/// Appends two states y = G x + noise, given the columns of P Gᵀ.
+pub(super) fn append<T: Real>(p: &mut Triangle<'_, T>, pgt: [&[T]; 2], own: &Matrix2<T>) {
+    let size = p.size;
+    p.size += 2;
+    for i in 0..size {
+        p.set(i, size, pgt[0][i]);
+        p.set(i, size + 1, pgt[1][i]);
+    }
+    p.set(size, size, own.m11);
+    p.set(size, size + 1, own.m12);
+    p.set(size + 1, size + 1, own.m22);
+}

@@ -1,0 +1,109 @@
+//! The packed upper triangle that a symmetric matrix is kept in.
+//!
+//! Row i holds columns i..n, one row after the other, and rows are laid out for the *capacity*, not for the
+//! present size: a landmark is appended without moving anything, and the robot's rows, which a prediction
+//! changes, are contiguous.
+#![allow(clippy::indexing_slicing, reason = "kernel: rows are sliced once, to a length the filter has checked")]
+use crate::Real;
+
+/// Numbers in the packed upper triangle of an n × n matrix: n(n+1)/2.
+///
+/// ```
+/// assert_eq!(monorange_core::slam::packed_len(67), 2278); // a robot and 32 landmarks
+/// ```
+pub const fn packed_len(size: usize) -> usize {
+    size * (size + 1) / 2
+}
+
+/// A packed upper triangle of which the leading `size` rows and columns are in use.
+#[derive(Debug)]
+pub(super) struct Triangle<'a, T> {
+    data: &'a mut [T],
+    capacity: usize,
+    pub(super) size: usize,
+}
+
+/// As [`Triangle`], to be read only.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TriangleRef<'a, T> {
+    data: &'a [T],
+    capacity: usize,
+    pub(super) size: usize,
+}
+
+const fn row_start(capacity: usize, row: usize) -> usize {
+    row * (2 * capacity + 1 - row) / 2
+}
+
+impl<'a, T: Real> TriangleRef<'a, T> {
+    pub(super) fn new(data: &'a [T], capacity: usize, size: usize) -> Self {
+        Self { data, capacity, size }
+    }
+
+    pub(super) fn at(&self, row: usize, column: usize) -> T {
+        let (row, column) = if row <= column { (row, column) } else { (column, row) };
+        self.data[row_start(self.capacity, row) + column - row]
+    }
+
+    /// Columns `row..size` of a row.
+    pub(super) fn row(&self, row: usize) -> &'a [T] {
+        let start = row_start(self.capacity, row);
+        &self.data[start..start + self.size - row]
+    }
+
+    /// Calls `visit(row, entry)` for every entry above the diagonal in a column, in two columns side by side.
+    pub(super) fn for_columns_above(&self, column: usize, mut visit: impl FnMut(usize, T, T)) {
+        let mut offset = column;
+        for row in 0..column {
+            visit(row, self.data[offset], self.data[offset + 1]);
+            offset += self.capacity - 1 - row;
+        }
+    }
+}
+
+impl<'a, T: Real> Triangle<'a, T> {
+    pub(super) fn new(data: &'a mut [T], capacity: usize, size: usize) -> Self {
+        Self { data, capacity, size }
+    }
+
+    pub(super) fn view(&self) -> TriangleRef<'_, T> {
+        TriangleRef { data: self.data, capacity: self.capacity, size: self.size }
+    }
+
+    pub(super) fn at(&self, row: usize, column: usize) -> T {
+        self.view().at(row, column)
+    }
+
+    pub(super) fn set(&mut self, row: usize, column: usize, value: T) {
+        let (row, column) = if row <= column { (row, column) } else { (column, row) };
+        self.data[row_start(self.capacity, row) + column - row] = value;
+    }
+
+    /// Columns `row..size` of a row.
+    pub(super) fn row_mut(&mut self, row: usize) -> &mut [T] {
+        let start = row_start(self.capacity, row);
+        &mut self.data[start..start + self.size - row]
+    }
+
+    /// Columns 3..size of the robot's rows 0, 1 and 2.
+    pub(super) fn robot_rows_mut(&mut self) -> [&mut [T]; 3] {
+        let (size, capacity) = (self.size, self.capacity);
+        let (first, rest) = self.data.split_at_mut(capacity);
+        let (second, third) = rest.split_at_mut(capacity - 1);
+        [&mut first[3..size], &mut second[2..size - 1], &mut third[1..size - 2]]
+    }
+
+    /// Takes `count` rows and columns from `from` out; what follows moves up.
+    pub(super) fn remove(&mut self, from: usize, count: usize) {
+        let (size, capacity) = (self.size, self.capacity);
+        for row in (0..size).filter(|row| *row < from || *row >= from + count) {
+            let start = row_start(capacity, row);
+            if row < from {
+                self.data.copy_within(start + from + count - row..start + size - row, start + from - row);
+            } else {
+                self.data.copy_within(start..start + size - row, row_start(capacity, row - count));
+            }
+        }
+        self.size -= count;
+    }
+}

@@ -1,0 +1,366 @@
+//! The update: (9), (13), for all landmarks of a frame at once.
+//!
+//! Every measurement is linearised about the predicted state, and they are absorbed one after the other: the
+//! innovation of each is taken after those before it (ν = z − h(x̂) − H δ), so that their normalised squares are
+//! independent and add up to the frame's. The state itself moves once, at the end.
+//!
+//! ```text
+//! S = H P Hᵀ + R = L Lᵀ,   w = P Hᵀ L⁻ᵀ,   δ ← δ + w L⁻¹ν,   P ← P − w wᵀ
+//! θ⁺ = θ + δ_θ,   q⁺ = q + V(δ_θ) δ_q            for every position q            (invariant; q + δ_q otherwise)
+//! P ← A P Aᵀ,   A = I + a e_θᵀ,   a_q = J (q⁺ − q)
+//!   = P + a cᵀ + c aᵀ + P_θθ a aᵀ = P + a bᵀ + b aᵀ,   c = P e_θ,   b = c + ½ P_θθ a
+//! ```
+//!
+//! The last two lines are what makes the filter right-invariant (Barrau and Bonnabel, "The invariant extended
+//! Kalman filter as a stable observer", 2017), in ordinary coordinates and in differences alone: nothing depends
+//! on where the origin is.
+#![allow(clippy::indexing_slicing, reason = "kernel: vectors have the filter's capacity, indices its size")]
+use super::factored;
+use super::filter::{BATCH, Covariance, Filter, Parts, Variant};
+use super::landmark::Landmark;
+use super::measurement::Measurement;
+use super::model::{Linearised, Row, linearise};
+use super::motion::arc_rotation;
+use super::packed;
+use crate::association::{Gate, cholesky, forward, inflation};
+use crate::{Error, Real, Result};
+use nalgebra::{Matrix2, Vector2};
+
+/// A measurement of a landmark that is known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Observation<T> {
+    /// Which landmark.
+    pub landmark: u32,
+    /// What was measured.
+    pub measurement: Measurement<T>,
+}
+
+/// What became of a measurement.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Decision {
+    /// It corrected the state.
+    Update,
+    /// It started a landmark.
+    Birth,
+    /// It lay beyond the gate, or between the thresholds for a match and a birth.
+    Gated,
+    /// It corrected the state through a landmark that is not yet confirmed.
+    Tentative,
+    /// It could not be used.
+    #[default]
+    Rejected,
+}
+
+impl Decision {
+    /// The word for it in `observations.csv`.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Update => "update",
+            Self::Birth => "birth",
+            Self::Gated => "gated",
+            Self::Tentative => "tentative",
+            Self::Rejected => "rejected",
+        }
+    }
+}
+
+/// What became of a measurement, with its numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outcome<T> {
+    /// What was done.
+    pub decision: Decision,
+    /// The landmark it was of, or the nearest one when it was gated.
+    pub landmark: Option<u32>,
+    /// ν.
+    pub innovation: Vector2<T>,
+    /// S, before any inflation.
+    pub covariance: Matrix2<T>,
+    /// νᵀS⁻¹ν, before any inflation; `None` for births and rejections.
+    pub nis: Option<T>,
+    /// Degrees of freedom of `nis`.
+    pub dof: usize,
+    /// The factor on R that the soft gate needed; 1 inside the gate.
+    pub inflation: T,
+}
+
+impl<T: Real> Default for Outcome<T> {
+    fn default() -> Self {
+        Self {
+            decision: Decision::Rejected,
+            landmark: None,
+            innovation: Vector2::zeros(),
+            covariance: Matrix2::zeros(),
+            nis: None,
+            dof: 0,
+            inflation: T::one(),
+        }
+    }
+}
+
+/// Corrections found and not yet made.
+#[derive(Debug, Default)]
+pub(super) struct Pending {
+    /// Pairs of working vectors that wait for the next pass over the covariance.
+    waiting: usize,
+    /// Whether δ is in use.
+    started: bool,
+}
+
+/// A measurement ready to be absorbed.
+pub(super) struct Absorbed<'a, T> {
+    pub(super) innovation: Vector2<T>,
+    pub(super) noise: Matrix2<T>,
+    pub(super) dof: usize,
+    pub(super) rows: &'a [Row<T>],
+}
+
+impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landmark<T>]>> Filter<T, S, L> {
+    /// Corrects the state by a frame's measurements of known landmarks; `outcomes` receives one line for each.
+    ///
+    /// # Errors
+    /// [`Error::UnknownLandmark`]; [`Error::OutOfRange`] for a measurement that fails
+    /// [`Measurement::check`]; [`Error::Size`] when `outcomes` is shorter than `observations`. Nothing has changed
+    /// then. A measurement that is sound but has no use – the landmark is behind the camera – is
+    /// [`Decision::Rejected`] in its outcome, and changes nothing either.
+    pub fn update(&mut self, observations: &[Observation<T>], outcomes: &mut [Outcome<T>]) -> Result<()> {
+        if outcomes.len() < observations.len() {
+            let (got, expected) = (outcomes.len(), observations.len());
+            return Err(Error::Size { name: "outcomes", got, expected });
+        }
+        for observation in observations {
+            observation.measurement.check()?;
+            self.slot(observation.landmark)?;
+        }
+        let finder = self.finder();
+        let mut pending = Pending::default();
+        for (observation, outcome) in observations.iter().zip(outcomes) {
+            let slot = self.slot(observation.landmark)?;
+            let landmark = self.landmarks()[slot];
+            let (now, at) = (self.relative(&landmark), self.reference(&landmark));
+            *outcome = match linearise(&observation.measurement, &now, &at, finder.as_ref()) {
+                Some(linear) => self.absorb_landmark(slot, &linear, &mut pending),
+                None => Outcome { landmark: Some(landmark.id), ..Outcome::default() },
+            };
+        }
+        self.finish(pending);
+        Ok(())
+    }
+
+    /// Corrects the state by a measurement the filter does not know, linearised by the caller about the present
+    /// state.
+    ///
+    /// # Errors
+    /// [`Error::UnknownLandmark`]; [`Error::OutOfRange`] when a number is not finite.
+    pub fn update_linearised(&mut self, landmark: u32, linear: &Linearised<T>) -> Result<Outcome<T>> {
+        let slot = self.slot(landmark)?;
+        if !linear.is_finite() || cholesky(&linear.noise).is_none() {
+            let expected = "finite numbers and a positive definite noise";
+            return Err(Error::OutOfRange { name: "linearised", value: linear.innovation.x.to_f64(), expected });
+        }
+        let mut pending = Pending::default();
+        let outcome = self.absorb_landmark(slot, linear, &mut pending);
+        self.finish(pending);
+        Ok(outcome)
+    }
+
+    pub(super) fn slot(&self, id: u32) -> Result<usize> {
+        self.landmarks().iter().position(|landmark| landmark.id == id).ok_or(Error::UnknownLandmark { id })
+    }
+
+    pub(super) fn absorb_landmark(
+        &mut self,
+        slot: usize,
+        linear: &Linearised<T>,
+        pending: &mut Pending,
+    ) -> Outcome<T> {
+        let landmark = self.landmarks()[slot];
+        let rows = linear.rows(landmark.offset, landmark.form, self.config.mount_std.is_some());
+        let absorbed =
+            Absorbed { innovation: linear.innovation, noise: linear.noise, dof: linear.dof, rows: &rows };
+        let mut outcome = self.absorb(&absorbed, pending);
+        outcome.landmark = Some(landmark.id);
+        if outcome.decision == Decision::Update {
+            let time = self.time;
+            let record = &mut self.landmarks_mut()[slot];
+            record.seen = record.seen.saturating_add(1);
+            record.last_time = time;
+        }
+        outcome
+    }
+
+    /// Adds one measurement's correction to what is pending.
+    pub(super) fn absorb(&mut self, measured: &Absorbed<'_, T>, pending: &mut Pending) -> Outcome<T> {
+        let (gate, gate_nis, form) = (self.config.gate, self.config.gate_nis, self.config.covariance);
+        let threshold = if measured.dof == 1 { gate_nis[0] } else { gate_nis[1] };
+        let (size, parts) = (self.size, self.parts());
+        let mut vectors = Vectors::new(parts.work, parts.x.len(), size);
+        if !pending.started {
+            vectors.delta.fill(T::zero());
+        }
+        let (waiting, current) = vectors.pairs.split_at_mut(pending.waiting);
+        let [first, second] = &mut current[0];
+        let from_state = match form {
+            Covariance::Packed => {
+                packed::times(parts.p.view(), measured.rows, [first, second]);
+                for vector in waiting.iter().flatten() {
+                    let along = product(measured.rows, vector);
+                    subtract(first, along.x, vector);
+                    subtract(second, along.y, vector);
+                }
+                let (left, right) = (product(measured.rows, first), product(measured.rows, second));
+                let coupling = (left.y + right.x) * T::lit(0.5);
+                Matrix2::new(left.x, coupling, coupling, right.y)
+            }
+            Covariance::Factored => factored::innovation(parts.p.view(), measured.rows, [first, second]),
+        };
+        let innovation = measured.innovation - product(measured.rows, vectors.delta);
+        let total = from_state + measured.noise;
+        let mut outcome =
+            Outcome { innovation, covariance: total, dof: measured.dof, ..Outcome::default() };
+        let Some(root) = cholesky(&total) else { return outcome };
+        let nis = forward(&root, &innovation).norm_squared();
+        if !nis.is_finite() {
+            return outcome;
+        }
+        outcome.nis = Some(nis);
+        let mut noise = measured.noise;
+        if nis > threshold {
+            match gate {
+                Gate::Open => {}
+                Gate::Hard => return Outcome { decision: Decision::Gated, ..outcome },
+                Gate::Soft => {
+                    let Some(factor) = inflation(&innovation, &from_state, &noise, threshold) else {
+                        return outcome;
+                    };
+                    outcome.inflation = factor;
+                    noise *= factor;
+                }
+            }
+        }
+        let Some(root) = cholesky(&(from_state + noise)) else { return outcome };
+        let whitened = forward(&root, &innovation);
+        if !(whitened.x.is_finite() && whitened.y.is_finite()) {
+            return outcome;
+        }
+        pending.started = true;
+        outcome.decision = Decision::Update;
+        let mut p = parts.p;
+        match form {
+            Covariance::Packed => {
+                for (u, v) in first.iter_mut().zip(second.iter_mut()) {
+                    *u /= root[0];
+                    *v = (*v - root[1] * *u) / root[2];
+                }
+                for ((delta, u), v) in vectors.delta.iter_mut().zip(&**first).zip(&**second) {
+                    *delta += whitened.x * *u + whitened.y * *v;
+                }
+                pending.waiting += 1;
+                if pending.waiting == BATCH {
+                    packed::downdate(&mut p, &vectors.shared(BATCH), None);
+                    pending.waiting = 0;
+                }
+            }
+            Covariance::Factored => {
+                factored::update(&mut p, measured.rows, &noise, &innovation, [first, second], vectors.delta);
+            }
+        }
+        outcome
+    }
+
+    /// Makes the pending corrections: the state moves, and the covariance with it.
+    pub(super) fn finish(&mut self, pending: Pending) {
+        if !pending.started {
+            return;
+        }
+        let (variant, form, count) = (self.config.variant, self.config.covariance, self.count);
+        let size = self.size;
+        // Positions: the robot's at 0, and each landmark's (or its anchor's).
+        let (parts, landmarks) = self.parts_and_landmarks();
+        let Parts { x, rounding, first, work, mut p } = parts;
+        let stride = x.len();
+        let mut vectors = Vectors::new(work, stride, size);
+        let turn = vectors.delta[2];
+        let invariant = variant == Variant::Invariant;
+        if invariant {
+            let rotation = arc_rotation(turn);
+            vectors.lever.fill(T::zero());
+            let offsets = landmarks.iter().take(count).map(|landmark| landmark.offset);
+            for at in core::iter::once(0).chain(offsets) {
+                let step = rotation * Vector2::new(vectors.delta[at], vectors.delta[at + 1]);
+                (vectors.delta[at], vectors.delta[at + 1]) = (step.x, step.y);
+                (vectors.lever[at], vectors.lever[at + 1]) = (-step.y, step.x);
+            }
+        }
+        match (form, invariant) {
+            (Covariance::Packed, false) => packed::downdate(&mut p, &vectors.shared(pending.waiting), None),
+            (Covariance::Packed, true) => {
+                vectors.turn_column(&p, pending.waiting);
+                let pairs = vectors.shared(pending.waiting);
+                packed::downdate(&mut p, &pairs, Some([vectors.lever, vectors.column]));
+            }
+            (Covariance::Factored, false) => {}
+            (Covariance::Factored, true) => {
+                let [[scratch, ..], ..] = &mut vectors.pairs;
+                factored::reset(&mut p, vectors.lever, scratch);
+            }
+        }
+        let mut parts = Parts { x, rounding, first, work: &mut [], p };
+        for (index, step) in vectors.delta.iter().enumerate() {
+            parts.add(index, *step);
+        }
+        parts.wrap_heading();
+    }
+}
+
+/// The working vectors, cut to the present size.
+struct Vectors<'a, T> {
+    pairs: [[&'a mut [T]; 2]; BATCH],
+    /// δ.
+    delta: &'a mut [T],
+    /// a.
+    lever: &'a mut [T],
+    /// b.
+    column: &'a mut [T],
+}
+
+impl<'a, T: Real> Vectors<'a, T> {
+    fn new(work: &'a mut [T], stride: usize, size: usize) -> Self {
+        let mut chunks = work.chunks_exact_mut(stride.max(1)).map(|chunk| &mut chunk[..size]);
+        let mut next = || chunks.next().unwrap_or_default();
+        let pairs = core::array::from_fn(|_| [next(), next()]);
+        Self { pairs, delta: next(), lever: next(), column: next() }
+    }
+
+    fn shared(&self, count: usize) -> heapless::Vec<[&[T]; 2], BATCH> {
+        self.pairs.iter().take(count).map(|[u, v]| [&**u, &**v]).collect()
+    }
+
+    /// b = c + ½ P_θθ a, with c = P e_θ after the downdates that wait.
+    fn turn_column(&mut self, p: &super::triangle::Triangle<'_, T>, waiting: usize) {
+        self.column[0] = p.at(0, 2);
+        self.column[1] = p.at(1, 2);
+        self.column[2..].copy_from_slice(p.view().row(2));
+        for vector in self.pairs.iter().take(waiting).flatten() {
+            subtract(self.column, vector[2], vector);
+        }
+        let half = self.column[2] * T::lit(0.5);
+        for (b, a) in self.column.iter_mut().zip(&*self.lever) {
+            *b += half * *a;
+        }
+    }
+}
+
+/// H v.
+pub(super) fn product<T: Real>(rows: &[Row<T>], vector: &[T]) -> Vector2<T> {
+    let mut sum = Vector2::zeros();
+    for row in rows {
+        sum += row.matrix() * Vector2::new(vector[row.column], vector[row.column + 1]);
+    }
+    sum
+}
+
+fn subtract<T: Real>(from: &mut [T], factor: T, vector: &[T]) {
+    for (value, step) in from.iter_mut().zip(vector) {
+        *value -= factor * *step;
+    }
+}
