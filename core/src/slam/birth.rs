@@ -136,7 +136,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         let heading = self.x(2);
         self.place(start, 0, zero);
         self.place(start + 1, 1, zero);
-        let mut parts = self.parts();
+        let parts = self.parts();
         parts.x[start + 2] = heading + bearing.0;
         parts.x[start + 3] = inverse;
         parts.rounding[start + 2] = zero;
