@@ -1,4 +1,6 @@
 //! What several of the cross-crate tests share: the paper's camera, and the way to real data.
+pub mod slam;
+
 use monorange_core::Real;
 use monorange_core::geometry::{Camera, Distortion, Mount, RangeFinder};
 use std::path::PathBuf;

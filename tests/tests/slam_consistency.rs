@@ -1,12 +1,12 @@
 //! Consistency on long loops: the filter's covariance against its error.
 use monorange_core::Real;
+use monorange_core::association::Gate;
 use monorange_core::geometry::Pose;
 use monorange_core::slam::{
     Covariance, FilterConfig, Increment, Integration, Measurement, Observation, Outcome, Variant,
 };
-use monorange_core::association::Gate;
-use monorange_tests::slam::ring_drive::{Drive, Step};
 use monorange_tests::slam::host_filter;
+use monorange_tests::slam::ring_drive::{Drive, Step};
 use nalgebra::Matrix3;
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -26,7 +26,8 @@ fn score<T: Real>(drive: &Drive, steps: &[Step], config: FilterConfig<T>) -> Sco
     let mut outcomes = vec![Outcome::default(); drive.landmarks];
     for (index, step) in steps.iter().enumerate() {
         let time = index as f64;
-        let moved = Increment::from_velocity(lit(step.v), lit(step.omega), T::one(), &noise, Integration::Arc);
+        let moved =
+            Increment::from_velocity(lit(step.v), lit(step.omega), T::one(), &noise, Integration::Arc);
         filter.predict(time, &moved).unwrap();
         let (known, new): (Vec<_>, Vec<_>) =
             step.seen.iter().partition(|(id, ..)| filter.landmark(*id).is_some());
@@ -62,19 +63,29 @@ fn quick() {
     let landmarks = drive.landmarks(12345);
     for variant in [Variant::Textbook, Variant::FirstEstimates, Variant::Invariant] {
         for gate in [Gate::Open, Gate::Soft] {
-        let (mut mean, mut end, mut square, mut turn) = (0.0, 0.0, 0.0, 0.0);
-        let runs = 50;
-        let start = std::time::Instant::now();
-        for run in 0..runs {
-            let steps = drive.run(&landmarks, 1000 + run);
-            let config = FilterConfig { variant, gate, covariance: Covariance::Packed, ..FilterConfig::<f64>::default() };
-            let score = score(&drive, &steps, config);
-            mean += score.nees_mean / steps.len() as f64 / runs as f64;
-            end += score.nees_end / runs as f64;
-            square += score.position_squared / steps.len() as f64 / runs as f64;
-            turn += score.heading_squared / steps.len() as f64 / runs as f64;
-        }
-        println!("{variant:?} {gate:?} NEES/3 mean {mean:.3} end {end:.3} position {:.3} m heading {:.2} deg  {:?}", square.sqrt(), turn.sqrt().to_degrees(), start.elapsed());
+            let (mut mean, mut end, mut square, mut turn) = (0.0, 0.0, 0.0, 0.0);
+            let runs = 50;
+            let start = std::time::Instant::now();
+            for run in 0..runs {
+                let steps = drive.run(&landmarks, 1000 + run);
+                let config = FilterConfig {
+                    variant,
+                    gate,
+                    covariance: Covariance::Packed,
+                    ..FilterConfig::<f64>::default()
+                };
+                let score = score(&drive, &steps, config);
+                mean += score.nees_mean / steps.len() as f64 / runs as f64;
+                end += score.nees_end / runs as f64;
+                square += score.position_squared / steps.len() as f64 / runs as f64;
+                turn += score.heading_squared / steps.len() as f64 / runs as f64;
+            }
+            println!(
+                "{variant:?} {gate:?} NEES/3 mean {mean:.3} end {end:.3} position {:.3} m heading {:.2} deg  {:?}",
+                square.sqrt(),
+                turn.sqrt().to_degrees(),
+                start.elapsed()
+            );
         }
     }
 }

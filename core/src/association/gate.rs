@@ -32,8 +32,8 @@ pub const CHI2_99: [f64; 2] = [6.634_897, 9.210_340];
 /// νᵀ S⁻¹ ν, or `None` when S is not positive definite or a number is not finite.
 ///
 /// ```
-/// use nalgebra::{matrix, vector};
-/// let nis = monorange_core::association::normalised_square(&vector![2.0, 0.0], &matrix![4.0, 0.0; 0.0, 1.0]);
+/// use nalgebra::{Matrix2, Vector2};
+/// let nis = monorange_core::association::normalised_square(&Vector2::new(2.0, 0.0), &Matrix2::new(4.0, 0.0, 0.0, 1.0));
 /// assert_eq!(nis, Some(1.0));
 /// ```
 pub fn normalised_square<T: Real>(innovation: &Vector2<T>, covariance: &Matrix2<T>) -> Option<T> {
@@ -44,7 +44,12 @@ pub fn normalised_square<T: Real>(innovation: &Vector2<T>, covariance: &Matrix2<
 }
 
 /// The factor f ≥ 1 of the module page: 1 inside the gate.
-pub fn inflation<T: Real>(innovation: &Vector2<T>, from_state: &Matrix2<T>, noise: &Matrix2<T>, gate: T) -> Option<T> {
+pub fn inflation<T: Real>(
+    innovation: &Vector2<T>,
+    from_state: &Matrix2<T>,
+    noise: &Matrix2<T>,
+    gate: T,
+) -> Option<T> {
     let root = cholesky(noise)?;
     let whitened = forward(&root, innovation);
     // L⁻¹ C L⁻ᵀ, one column at a time.
@@ -71,7 +76,8 @@ pub fn inflation<T: Real>(innovation: &Vector2<T>, from_state: &Matrix2<T>, nois
     };
     let along = axis.dot(&whitened);
     let across = axis.x * whitened.y - axis.y * whitened.x;
-    let terms = [(along * along, (mean + spread).max(T::zero())), (across * across, (mean - spread).max(T::zero()))];
+    let terms =
+        [(along * along, (mean + spread).max(T::zero())), (across * across, (mean - spread).max(T::zero()))];
     let mut factor = T::one();
     for _ in 0..12 {
         let (mut value, mut slope) = (T::zero(), T::zero());
@@ -110,12 +116,12 @@ pub(crate) fn forward<T: Real>(root: &[T; 3], v: &Vector2<T>) -> Vector2<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::matrix;
+
     use proptest::prelude::*;
 
     fn spd() -> impl Strategy<Value = Matrix2<f64>> {
         (0.01..3.0_f64, 0.01..3.0_f64, -0.95..0.95_f64)
-            .prop_map(|(a, b, c)| matrix![a * a, a * b * c; a * b * c, b * b])
+            .prop_map(|(a, b, c)| Matrix2::new(a * a, a * b * c, a * b * c, b * b))
     }
 
     proptest! {

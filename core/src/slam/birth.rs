@@ -50,11 +50,21 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     ///
     /// # Errors
     /// As [`birth`](Self::birth).
-    pub fn birth_at(&mut self, time: f64, id: u32, point_in_robot: Vector2<T>, covariance: &Matrix2<T>) -> Result<()> {
+    pub fn birth_at(
+        &mut self,
+        time: f64,
+        id: u32,
+        point_in_robot: Vector2<T>,
+        covariance: &Matrix2<T>,
+    ) -> Result<()> {
         let finite = point_in_robot.iter().chain(covariance.iter()).all(|value| value.is_finite());
         if !finite || crate::association::cholesky(covariance).is_none() {
             let (name, value) = ("landmark", point_in_robot.x.to_f64());
-            return Err(Error::OutOfRange { name, value, expected: "finite with a positive definite covariance" });
+            return Err(Error::OutOfRange {
+                name,
+                value,
+                expected: "finite with a positive definite covariance",
+            });
         }
         let seed = Seed { point: point_in_robot, covariance: *covariance, by_mount: Matrix2x4::zeros() };
         self.birth_from(time, id, &seed)
@@ -180,7 +190,8 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         match form {
             Covariance::Packed => {
                 packed::times(parts.p.view(), rows, [first, second]);
-                let (left, right) = (super::update::product(rows, first), super::update::product(rows, second));
+                let (left, right) =
+                    (super::update::product(rows, first), super::update::product(rows, second));
                 let coupling = (left.y + right.x) * T::lit(0.5);
                 let own = Matrix2::new(left.x, coupling, coupling, right.y) + noise;
                 packed::append(&mut parts.p, [first, second], &own);

@@ -18,7 +18,12 @@ pub(super) fn factorise<T: Real>(p: &mut Triangle<'_, T>) {
             let entry = p.at(row, pivot);
             let factor = if d > T::zero() { entry / d } else { T::zero() };
             for other in 0..=row {
-                p.set(other, row, p.at(other, row) - factor * if other == row { entry } else { p.at(other, pivot) * T::one() });
+                p.set(
+                    other,
+                    row,
+                    p.at(other, row)
+                        - factor * if other == row { entry } else { p.at(other, pivot) * T::one() },
+                );
             }
             p.set(row, pivot, factor);
         }

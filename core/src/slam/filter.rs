@@ -174,17 +174,26 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         prior.check()?;
         let first_pose = [pose.x, pose.y, pose.heading];
         let scalar = PhantomData;
-        let mut filter =
-            Self { config, storage, landmarks, count: 0, capacity, size: start, time: 0.0, first_pose, scalar };
+        let mut filter = Self {
+            config,
+            storage,
+            landmarks,
+            count: 0,
+            capacity,
+            size: start,
+            time: 0.0,
+            first_pose,
+            scalar,
+        };
         filter.storage.as_mut().fill(T::zero());
         let parts = filter.parts();
         for (value, start) in parts.x.iter_mut().zip(first_pose) {
             *value = start;
         }
         let mut p = parts.p;
-        for row in 0..ROBOT {
-            for column in row..ROBOT {
-                p.set(row, column, (covariance[(row, column)] + covariance[(column, row)]) * T::lit(0.5));
+        for (row, entries) in covariance.row_iter().enumerate() {
+            for (column, entry) in entries.iter().enumerate().skip(row) {
+                p.set(row, column, *entry);
             }
         }
         for (at, std) in config.mount_std.into_iter().flatten().enumerate() {
@@ -263,7 +272,9 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
 
     /// Standard deviations of [`mount_error`](Self::mount_error).
     pub fn mount_error_std(&self) -> Option<Vector4<T>> {
-        self.config.mount_std.map(|_| Vector4::from_fn(|row, _| self.covariance_at(ROBOT + row, ROBOT + row).sqrt()))
+        self.config
+            .mount_std
+            .map(|_| Vector4::from_fn(|row, _| self.covariance_at(ROBOT + row, ROBOT + row).sqrt()))
     }
 
     /// The range finder with the mount as estimated.
@@ -417,7 +428,11 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         let at = landmark.offset;
         let offset = Vector2::new(self.first(at) - x, self.first(at + 1) - y);
         let inverse = landmark.form == Form::InverseDistance;
-        Relative { heading: (cos, sin), offset, ray: inverse.then(|| (self.first(at + 2), self.first(at + 3))) }
+        Relative {
+            heading: (cos, sin),
+            offset,
+            ray: inverse.then(|| (self.first(at + 2), self.first(at + 3))),
+        }
     }
 }
 

@@ -71,9 +71,10 @@ impl<T: Real> Measurement<T> {
                 check_range(*range)?;
                 check_finite(*bearing, "measurement.bearing")?;
                 check_covariance(covariance)?;
-                by_mount.iter().flat_map(|jacobian| jacobian.iter()).try_for_each(|value| {
-                    check_finite(*value, "measurement.by_mount")
-                })
+                by_mount
+                    .iter()
+                    .flat_map(|jacobian| jacobian.iter())
+                    .try_for_each(|value| check_finite(*value, "measurement.by_mount"))
             }
             Self::Bearing { bearing, variance, range_prior } => {
                 check_finite(*bearing, "measurement.bearing")?;
@@ -95,7 +96,11 @@ impl<T: Real> Measurement<T> {
 
     /// Range and bearing of the floor point at a pixel, as the paper measures it, with the covariance J Σ Jᵀ.
     /// `None` where the pixel sees no floor.
-    pub fn from_floor_pixel(finder: &RangeFinder<T>, pixel: Vector2<T>, covariance: &Matrix2<T>) -> Option<Self> {
+    pub fn from_floor_pixel(
+        finder: &RangeFinder<T>,
+        pixel: Vector2<T>,
+        covariance: &Matrix2<T>,
+    ) -> Option<Self> {
         let sighting = finder.sight(pixel).ok()?;
         Some(Self::RangeBearing {
             range: sighting.range,
@@ -108,12 +113,17 @@ impl<T: Real> Measurement<T> {
 
 fn check_finite<T: Real>(number: T, name: &'static str) -> Result<()> {
     let value = number.to_f64();
-    if number.is_finite() { Ok(()) } else { Err(Error::OutOfRange { name, value, expected: "a finite number" }) }
+    if number.is_finite() {
+        Ok(())
+    } else {
+        Err(Error::OutOfRange { name, value, expected: "a finite number" })
+    }
 }
 
 fn check_range<T: Real>(range: T) -> Result<()> {
     let value = range.to_f64();
-    let error = Error::OutOfRange { name: "measurement.range", value, expected: "finite and above 0 (metres)" };
+    let error =
+        Error::OutOfRange { name: "measurement.range", value, expected: "finite and above 0 (metres)" };
     if range.is_finite() && range > T::zero() { Ok(()) } else { Err(error) }
 }
 

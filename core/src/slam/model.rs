@@ -76,7 +76,8 @@ impl<T: Real> Linearised<T> {
         let heading = Matrix2::new(T::zero(), robot.m13, T::zero(), robot.m23);
         let blocks = [Row::new(0, robot.fixed_columns::<2>(0).into_owned()), Row::new(1, heading)];
         let mount = [0, 2].map(|at| Row::new(3 + at, self.by_mount.fixed_columns::<2>(at).into_owned()));
-        let landmark = [0, 2].map(|at| Row::new(offset + at, self.by_landmark.fixed_columns::<2>(at).into_owned()));
+        let landmark =
+            [0, 2].map(|at| Row::new(offset + at, self.by_landmark.fixed_columns::<2>(at).into_owned()));
         let chosen = blocks.into_iter().chain(mount.into_iter().filter(|_| with_mount));
         for row in chosen.chain(landmark.into_iter().take(form.len() / 2)) {
             let _ = rows.push(row); // 2 + 2 + 2 at most: its capacity
@@ -211,11 +212,11 @@ fn predict<T: Real>(
     }
     let bearing = point.y.atan2(point.x);
     let (zero, both) = (T::zero(), range_bearing_by_floor(*point, range));
-    let one_row = |row: usize| Matrix2::new(both[(row, 0)], both[(row, 1)], zero, zero);
+    let only = |x: T, y: T| Matrix2::new(x, y, zero, zero);
     let without_mount = |value, by_point| Prediction { value, by_point, by_mount: Matrix2x4::zeros() };
     Some(match measurement {
-        Measurement::Bearing { .. } => without_mount(Vector2::new(bearing, zero), one_row(1)),
-        Measurement::Range { .. } => without_mount(Vector2::new(range, zero), one_row(0)),
+        Measurement::Bearing { .. } => without_mount(Vector2::new(bearing, zero), only(both.m21, both.m22)),
+        Measurement::Range { .. } => without_mount(Vector2::new(range, zero), only(both.m11, both.m12)),
         Measurement::RangeBearing { by_mount, .. } => Prediction {
             value: Vector2::new(range, bearing),
             by_point: both,
@@ -252,6 +253,11 @@ fn predict_pixel<T: Real>(finder: &RangeFinder<T>, point: &Vector2<T>) -> Option
     Some(Prediction {
         value,
         by_point: by_robot_point.fixed_columns::<2>(0).into_owned(),
-        by_mount: Matrix2x4::from_columns(&[-by_robot_point.column(2).into_owned(), by_tilt, by_roll, by_yaw]),
+        by_mount: Matrix2x4::from_columns(&[
+            -by_robot_point.column(2).into_owned(),
+            by_tilt,
+            by_roll,
+            by_yaw,
+        ]),
     })
 }

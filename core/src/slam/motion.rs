@@ -56,13 +56,7 @@ impl<T: Real> Increment<T> {
     /// let step = Increment::from_velocity(quarter, quarter, 1.0, &Matrix2::zeros(), Integration::Arc);
     /// assert!((step.delta.x - 1.0).abs() < 1e-15 && (step.delta.y - 1.0).abs() < 1e-15);
     /// ```
-    pub fn from_velocity(
-        v: T,
-        omega: T,
-        dt: T,
-        covariance: &Matrix2<T>,
-        integration: Integration,
-    ) -> Self {
+    pub fn from_velocity(v: T, omega: T, dt: T, covariance: &Matrix2<T>, integration: Integration) -> Self {
         let (distance, turn) = (v * dt, omega * dt);
         let zero = T::zero();
         let (d, by_turn) = match integration {
@@ -83,7 +77,11 @@ impl<T: Real> Increment<T> {
     pub(super) fn check(&self) -> Result<()> {
         let finite = |value: &T, name| {
             let expected = "a finite number";
-            if value.is_finite() { Ok(()) } else { Err(Error::OutOfRange { name, value: value.to_f64(), expected }) }
+            if value.is_finite() {
+                Ok(())
+            } else {
+                Err(Error::OutOfRange { name, value: value.to_f64(), expected })
+            }
         };
         self.delta.iter().try_for_each(|value| finite(value, "increment.delta"))?;
         self.covariance.iter().try_for_each(|value| finite(value, "increment.covariance"))?;
@@ -114,7 +112,7 @@ fn arc_by_angle<T: Real>(angle: T) -> Vector2<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::matrix;
+
     use proptest::prelude::*;
 
     proptest! {
@@ -136,7 +134,7 @@ mod tests {
         fn covariance_of_the_arc_follows_central_differences(
             v in -2.0..2.0_f64, omega in prop_oneof![-2.0..2.0_f64, -0.02..0.02_f64], dt in 0.01..1.0_f64,
         ) {
-            let noise = matrix![0.04, 0.003; 0.003, 0.01];
+            let noise = Matrix2::new(0.04, 0.003, 0.003, 0.01);
             let at = |v, omega| Increment::from_velocity(v, omega, dt, &noise, Integration::Arc);
             let h = 1e-5;
             let by_v = (at(v + h, omega).delta - at(v - h, omega).delta) / (2.0 * h);

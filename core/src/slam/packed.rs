@@ -114,9 +114,9 @@ fn add4<T: Real>(row: &mut [T], factors: [T; 4], vectors: [&[T]; 4]) {
 pub(super) fn append<T: Real>(p: &mut Triangle<'_, T>, pgt: [&[T]; 2], own: &Matrix2<T>) {
     let size = p.size;
     p.size += 2;
-    for i in 0..size {
-        p.set(i, size, pgt[0][i]);
-        p.set(i, size + 1, pgt[1][i]);
+    for (row, (first, second)) in pgt[0].iter().zip(pgt[1]).enumerate() {
+        p.set(row, size, *first);
+        p.set(row, size + 1, *second);
     }
     p.set(size, size, own.m11);
     p.set(size, size + 1, own.m12);

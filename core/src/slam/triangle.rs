@@ -3,7 +3,10 @@
 //! Row i holds columns i..n, one row after the other, and rows are laid out for the *capacity*, not for the
 //! present size: a landmark is appended without moving anything, and the robot's rows, which a prediction
 //! changes, are contiguous.
-#![allow(clippy::indexing_slicing, reason = "kernel: rows are sliced once, to a length the filter has checked")]
+#![allow(
+    clippy::indexing_slicing,
+    reason = "kernel: rows are sliced once, to a length the filter has checked"
+)]
 use crate::Real;
 
 /// Numbers in the packed upper triangle of an n × n matrix: n(n+1)/2.

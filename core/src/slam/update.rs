@@ -155,7 +155,11 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         let slot = self.slot(landmark)?;
         if !linear.is_finite() || cholesky(&linear.noise).is_none() {
             let expected = "finite numbers and a positive definite noise";
-            return Err(Error::OutOfRange { name: "linearised", value: linear.innovation.x.to_f64(), expected });
+            return Err(Error::OutOfRange {
+                name: "linearised",
+                value: linear.innovation.x.to_f64(),
+                expected,
+            });
         }
         let mut pending = Pending::default();
         let outcome = self.absorb_landmark(slot, linear, &mut pending);
@@ -215,8 +219,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         };
         let innovation = measured.innovation - product(measured.rows, vectors.delta);
         let total = from_state + measured.noise;
-        let mut outcome =
-            Outcome { innovation, covariance: total, dof: measured.dof, ..Outcome::default() };
+        let mut outcome = Outcome { innovation, covariance: total, dof: measured.dof, ..Outcome::default() };
         let Some(root) = cholesky(&total) else { return outcome };
         let nis = forward(&root, &innovation).norm_squared();
         if !nis.is_finite() {

@@ -1,5 +1,4 @@
 //! What the filter's checks share: seeded noise, a world to drive in, real logs, a batch optimum.
-pub mod noise;
 pub mod ring_drive;
 
 use monorange_core::geometry::Pose;

@@ -1,5 +1,5 @@
 //! A robot that drives circles among landmarks and sees them by range and bearing.
-use super::noise::Noise;
+use crate::Noise;
 use monorange_core::geometry::{Pose, wrap_angle};
 use nalgebra::{Matrix2, Vector2};
 
