@@ -1,0 +1,92 @@
+//! `evaluate`: a trajectory and a map against the truth.
+use crate::{
+    Error, Result,
+    evaluation::{Align, MapErrors, TrajectoryErrors, Truth, map_errors, trajectory_errors},
+    files::{read_map, read_trajectory, to_file_or_stdout},
+};
+use clap::Args;
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// Errors of a trajectory, and of a map, against the truth, as JSON.
+///
+/// Trajectories are TUM (`t tx ty tz qx qy qz qw`) or CSV (`t,x,y,heading` and, for NEES, the six covariances of
+/// trajectory.csv). The truth is interpolated at every estimated pose's time; poses that it does not cover are
+/// counted and left out. Lengths in metres, angles in radians; 1 is right for every `…_per_dof`.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Example:
+  monorange simulate --scene corridor --frames 10 --out corridor-10
+  monorange evaluate --truth corridor-10/truth.tum --estimate corridor-10/truth.tum")]
+pub struct Arguments {
+    /// True trajectory (TUM or CSV).
+    #[arg(long, value_name = "FILE")]
+    truth: PathBuf,
+    /// Estimated trajectory (TUM or CSV).
+    #[arg(long, value_name = "FILE")]
+    estimate: PathBuf,
+    /// True landmarks (CSV id,x,y).
+    #[arg(long, value_name = "FILE", requires = "map")]
+    true_map: Option<PathBuf>,
+    /// Estimated landmarks (map.csv).
+    #[arg(long, value_name = "FILE", requires = "true_map")]
+    map: Option<PathBuf>,
+    /// What is fitted before errors are measured; NEES is given for `none` only.
+    #[arg(long, value_enum, default_value_t)]
+    align: Align,
+    /// Length of the stretches for the relative error, m.
+    #[arg(long, value_name = "METRES", default_value_t = 1.0, value_parser = positive)]
+    delta: f64,
+    /// True poses further apart than this are not interpolated between, s.
+    #[arg(long, value_name = "SECONDS", default_value_t = 1.0, value_parser = positive)]
+    max_gap: f64,
+    /// Landmarks further apart than this are not the same, m.
+    #[arg(long, value_name = "METRES", default_value_t = 0.5, value_parser = positive)]
+    map_gate: f64,
+    /// Write to this file instead of standard output.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+fn positive(text: &str) -> std::result::Result<f64, String> {
+    let number = text.parse::<f64>().ok().filter(|number| number.is_finite() && *number > 0.0);
+    number.ok_or_else(|| "must be a number above 0".to_owned())
+}
+
+#[derive(Serialize)]
+struct Evaluation {
+    trajectory: TrajectoryErrors,
+    poses_without_truth: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    map: Option<MapErrors>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When a file is missing or malformed, or truth and estimate have no time in common.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let truth = read_trajectory(&arguments.truth)?;
+    let estimate = read_trajectory(&arguments.estimate)?;
+    let pairs = Truth::new(&truth, arguments.max_gap).pairs(&estimate);
+    if pairs.is_empty() {
+        let range = |poses: &[crate::files::Stamped]| match poses {
+            [first, .., last] => format!("{} s to {} s", first.time, last.time),
+            poses => poses.first().map_or(String::new(), |only| format!("{} s", only.time)),
+        };
+        let cause = format!("covers {}, the truth {}: no pose to compare", range(&estimate), range(&truth));
+        return Err(Error::new(cause)
+            .at(&arguments.estimate)
+            .help("give both on the same clock, or a larger --max-gap"));
+    }
+    let trajectory = trajectory_errors(&pairs, arguments.align, arguments.delta);
+    let map = match (&arguments.map, &arguments.true_map) {
+        (Some(map), Some(true_map)) => {
+            Some(map_errors(&read_map(map)?, &read_map(true_map)?, &trajectory.alignment, arguments.map_gate))
+        }
+        _ => None,
+    };
+    let evaluation = Evaluation { poses_without_truth: estimate.len() - pairs.len(), trajectory, map };
+    let text = serde_json::to_string_pretty(&evaluation).map_err(Error::new)?;
+    to_file_or_stdout(arguments.out.as_deref(), |out| writeln!(out, "{text}"))
+}

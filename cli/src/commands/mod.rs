@@ -1,0 +1,34 @@
+//! The commands, one module each: its arguments, and `run`.
+pub mod evaluate;
+pub mod range;
+
+use crate::Result;
+use clap::{Parser, Subcommand};
+
+/// One calibrated camera on a robot as a range finder, and its pictures as a map.
+///
+/// Lengths are metres, angles radians (x forward, y left, bearing positive to the left), pixel (0, 0) is the
+/// centre of the top-left one. Exit status: 0 done, 1 failed (one message says why), 2 wrong command line.
+#[derive(Debug, Parser)]
+#[command(name = "monorange", version, max_term_width = 100)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Range(range::Arguments),
+    Evaluate(evaluate::Arguments),
+}
+
+/// Runs the command that the arguments name.
+///
+/// # Errors
+/// Whatever stops it, in words for a person.
+pub fn run(cli: Cli) -> Result<()> {
+    match cli.command {
+        Command::Range(arguments) => range::run(&arguments),
+        Command::Evaluate(arguments) => evaluate::run(&arguments),
+    }
+}

@@ -1,0 +1,93 @@
+use super::Table;
+use crate::Result;
+use nalgebra::{Matrix2, Vector2};
+use std::{
+    io::{self, Write},
+    path::Path,
+};
+
+/// A landmark of a map file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MapPoint {
+    /// Its number.
+    pub id: u64,
+    /// (x, y) in the world, m.
+    pub position: Vector2<f64>,
+    /// Covariance of the position, where the file gives one, m².
+    pub covariance: Option<Matrix2<f64>>,
+    /// Sightings.
+    pub seen: u64,
+    /// Time of the first and of the last sighting, s.
+    pub first_and_last: Option<[f64; 2]>,
+}
+
+const HEADER: &str = "id,x,y,var_x,cov_xy,var_y,seen,first_t,last_t";
+
+/// The landmarks of a CSV `id,x,y`, with or without `var_x,cov_xy,var_y,seen,first_t,last_t`.
+///
+/// # Errors
+/// When the file cannot be read, lacks a column or holds something else than finite numbers.
+pub fn read_map(path: &Path) -> Result<Vec<MapPoint>> {
+    let table = Table::read(path)?;
+    let rows = table.numbers(["id", "x", "y"])?;
+    let covariances: Vec<_> = if table.has("var_x") {
+        let packed = table.numbers(["var_x", "cov_xy", "var_y"])?;
+        packed.into_iter().map(|[xx, xy, yy]| Some(Matrix2::new(xx, xy, xy, yy))).collect()
+    } else {
+        vec![None; rows.len()]
+    };
+    let [seen, first, last] = ["seen", "first_t", "last_t"].map(|column| table.optional_numbers(column));
+    let counts = seen?.into_iter().zip(first?).zip(last?);
+    let points = rows.into_iter().zip(covariances).zip(counts);
+    Ok(points
+        .map(|(([id, x, y], covariance), ((seen, first), last))| MapPoint {
+            id: id as u64,
+            position: Vector2::new(x, y),
+            covariance,
+            seen: seen.unwrap_or(0.0) as u64,
+            first_and_last: first.zip(last).map(|(first, last)| [first, last]),
+        })
+        .collect())
+}
+
+/// Writes a map as CSV.
+///
+/// # Errors
+/// When writing fails.
+pub fn write_map(out: &mut dyn Write, map: &[MapPoint]) -> io::Result<()> {
+    writeln!(out, "{HEADER}")?;
+    for point in map {
+        write!(out, "{},{},{}", point.id, point.position.x, point.position.y)?;
+        match point.covariance {
+            Some(c) => write!(out, ",{},{},{}", c.m11, c.m12, c.m22)?,
+            None => write!(out, ",,,")?,
+        }
+        match point.first_and_last {
+            Some([first, last]) => writeln!(out, ",{},{first},{last}", point.seen)?,
+            None => writeln!(out, ",{},,", point.seen)?,
+        }
+    }
+    Ok(())
+}
+
+/// Writes a map as PLY, landmarks as points of the floor z = 0 with their largest standard deviation.
+///
+/// # Errors
+/// When writing fails.
+pub fn write_ply(out: &mut dyn Write, map: &[MapPoint]) -> io::Result<()> {
+    writeln!(
+        out,
+        "ply\nformat ascii 1.0\ncomment landmarks on the floor, metres\nelement vertex {}",
+        map.len()
+    )?;
+    for property in ["float x", "float y", "float z", "int id", "float std", "int seen"] {
+        writeln!(out, "property {property}")?;
+    }
+    writeln!(out, "end_header")?;
+    for point in map {
+        let std = point.covariance.map_or(0.0, |c| c.symmetric_eigenvalues().max().max(0.0).sqrt());
+        let (x, y) = (point.position.x as f32, point.position.y as f32);
+        writeln!(out, "{x} {y} 0 {} {} {}", point.id, std as f32, point.seen)?;
+    }
+    Ok(())
+}

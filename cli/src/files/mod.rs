@@ -1,0 +1,71 @@
+//! The files that are read and written, one module a format.
+//!
+//! Text files are read whole, so that a mistake on the last line is found before anything is written.
+mod camera_info;
+mod map;
+mod odometry;
+mod outputs;
+mod rig;
+mod rig_section;
+mod table;
+mod times;
+mod trajectory;
+
+pub use camera_info::{Intrinsics, read_camera_info};
+pub use map::{MapPoint, read_map, write_map, write_ply};
+pub use odometry::{Control, Odometry};
+pub use outputs::{Outputs, to_file_or_stdout};
+pub use rig::Rig;
+pub use table::Table;
+pub use times::read_times;
+pub use trajectory::{Stamped, read_trajectory, write_trajectory, write_tum};
+
+use crate::{Error, Result};
+use std::{fs, io::Read, path::Path};
+
+/// The text of a file.
+///
+/// # Errors
+/// Without the file, without leave to read it, or when it is not UTF-8.
+pub fn read_text(path: &Path) -> Result<String> {
+    let bytes = fs::read(path).map_err(|error| io_error(&error).at(path))?;
+    decode(bytes).map_err(|error| error.at(path))
+}
+
+/// The text of standard input.
+///
+/// # Errors
+/// When it cannot be read or is not UTF-8.
+pub fn read_standard_input() -> Result<String> {
+    let mut bytes = Vec::new();
+    let read = std::io::stdin().read_to_end(&mut bytes).map_err(|error| io_error(&error));
+    read.and_then(|_| decode(bytes)).map_err(|error| error.at(STANDARD_INPUT))
+}
+
+/// How messages name standard input.
+pub const STANDARD_INPUT: &str = "standard input";
+
+/// An input or output error in words, with what to do where that is plain.
+pub fn io_error(error: &std::io::Error) -> Error {
+    use std::io::ErrorKind;
+    match error.kind() {
+        ErrorKind::NotFound => Error::new("no such file or folder").help("check the path"),
+        ErrorKind::PermissionDenied => Error::new("permission denied"),
+        ErrorKind::IsADirectory => Error::new("is a folder, not a file").help("name a file in it"),
+        ErrorKind::NotADirectory => Error::new("is a file, not a folder").help("name the folder"),
+        ErrorKind::StorageFull => Error::new("no space left on the disk"),
+        _ => Error::new(error),
+    }
+}
+
+fn decode(bytes: Vec<u8>) -> Result<String> {
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        Error::new(format!("is not text: byte {at} is not UTF-8"))
+            .help("save it as UTF-8, or check that this is the right file")
+    })?;
+    Ok(match text.strip_prefix('\u{feff}') {
+        Some(rest) => rest.to_owned(),
+        None => text,
+    })
+}

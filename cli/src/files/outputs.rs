@@ -1,0 +1,102 @@
+use super::io_error;
+use crate::{Error, Result};
+use std::{
+    fs,
+    io::{self, BufWriter, Write},
+    path::{Path, PathBuf},
+};
+use tempfile::NamedTempFile;
+
+/// Files that appear in a folder together, or not at all: each is written beside its place under another name,
+/// and [`commit`](Self::commit) renames them. Dropped without it, nothing stays.
+#[derive(Debug)]
+pub struct Outputs {
+    folder: PathBuf,
+    made_folder: bool,
+    staged: Vec<(NamedTempFile, PathBuf)>,
+}
+
+impl Outputs {
+    /// Outputs into a folder, which is made with its parents if it is not there.
+    ///
+    /// # Errors
+    /// When the folder cannot be made.
+    pub fn into_folder(folder: &Path) -> Result<Self> {
+        let made_folder = !folder.exists();
+        fs::create_dir_all(folder).map_err(|error| io_error(&error).at(folder))?;
+        Ok(Self { folder: folder.to_owned(), made_folder, staged: Vec::new() })
+    }
+
+    /// Writes one file; it has its name only after [`commit`](Self::commit).
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn write(
+        &mut self,
+        name: &str,
+        content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<()> {
+        let target = self.folder.join(name);
+        let folder = target.parent().unwrap_or(&self.folder);
+        fs::create_dir_all(folder).map_err(|error| io_error(&error).at(folder))?;
+        let written = (|| {
+            let mut builder = tempfile::Builder::new();
+            builder.prefix(".monorange-").suffix(".part");
+            #[cfg(unix)] // as a plain file would be made, where temporary files are private
+            builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+            let mut buffered = BufWriter::new(builder.tempfile_in(folder)?);
+            content(&mut buffered)?;
+            buffered.into_inner().map_err(io::IntoInnerError::into_error)
+        })();
+        self.staged.push((written.map_err(|error| io_error(&error).at(&target))?, target));
+        Ok(())
+    }
+
+    /// Gives every file its name.
+    ///
+    /// # Errors
+    /// When a name is taken by a folder or cannot be written.
+    pub fn commit(mut self) -> Result<()> {
+        self.made_folder = false;
+        for (file, target) in std::mem::take(&mut self.staged) {
+            file.persist(&target).map_err(|error| io_error(&error.error).at(&target))?;
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Outputs {
+    fn drop(&mut self) {
+        self.staged.clear();
+        if self.made_folder {
+            // Only empty folders go; what someone else put there meanwhile stays.
+            let _ = fs::remove_dir(&self.folder);
+        }
+    }
+}
+
+/// Writes one result to a file, whole or not at all, or to standard output.
+///
+/// # Errors
+/// When it cannot be written. A reader that closes standard output early is not an error.
+pub fn to_file_or_stdout(
+    path: Option<&Path>,
+    content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<()> {
+    let Some(path) = path else {
+        let mut out = BufWriter::new(io::stdout().lock());
+        return match content(&mut out).and_then(|()| out.flush()) {
+            Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+                Err(io_error(&error).at("standard output"))
+            }
+            _ => Ok(()),
+        };
+    };
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let name = path.file_name().and_then(|name| name.to_str());
+    let name =
+        name.ok_or_else(|| Error::new("is not the name of a file").at(path).help("name a file to write"))?;
+    let mut outputs = Outputs::into_folder(folder)?;
+    outputs.write(name, content)?;
+    outputs.commit()
+}

@@ -1,0 +1,188 @@
+use super::{
+    camera_info::{Intrinsics, read_camera_info},
+    rig_section::{Section, Source},
+};
+use crate::{Error, Result};
+use monorange_core::geometry::{Camera, Distortion, Mount, RangeFinder};
+use nalgebra::Matrix2;
+use std::path::Path;
+use toml::de::DeTable;
+
+/// A rig file: the camera, how it sits on the robot, and how well both are known.
+///
+/// ```toml
+/// [camera]                     # or: camera_info = "camera.yaml"  (ROS camera_info, OpenCV YAML/XML, Kalibr camchain)
+/// width = 320
+/// height = 240
+/// focal = [365.12674, 365.02905]
+/// principal = [145.79917, 114.50956]
+///
+/// [mount]
+/// height = 0.40
+/// tilt_deg = 12.0
+/// ```
+#[derive(Clone, Debug)]
+pub struct Rig {
+    /// Camera and mount.
+    pub finder: RangeFinder<f64>,
+    /// Standard deviation of (u, v), px.
+    pub pixel_std: [f64; 2],
+    /// Standard deviations of the mount, in the order of
+    /// [`MOUNT_PARAMETERS`](monorange_core::geometry::MOUNT_PARAMETERS): m and rad.
+    pub mount_std: [f64; 6],
+}
+
+const ROOT: &[&str] = &["camera_info", "camera", "mount"];
+const CAMERA: &[&str] =
+    &["camera_info", "width", "height", "focal", "principal", "skew", "distortion", "pixel_std"];
+/// In the order of the mount's parameters, each with the factor to SI units.
+const MOUNT: [(&str, &str, f64); 6] = [
+    ("height", "height_std", 1.0),
+    ("tilt_deg", "tilt_std_deg", DEGREE),
+    ("roll_deg", "roll_std_deg", DEGREE),
+    ("yaw_deg", "yaw_std_deg", DEGREE),
+    ("forward", "forward_std", 1.0),
+    ("left", "left_std", 1.0),
+];
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+/// Pixel noise where the rig does not say: what a sub-pixel corner has in an average picture.
+const PIXEL_STD: f64 = 0.3;
+
+impl Rig {
+    /// The rig in a TOML file; a camera file that it names is looked for beside it.
+    ///
+    /// # Errors
+    /// Names the file, the line and the key: unknown (with the nearest known one), missing, of the wrong kind,
+    /// not finite, or out of its range.
+    pub fn read(path: &Path) -> Result<Self> {
+        Self::parse(path, &super::read_text(path)?)
+    }
+
+    /// The rig in `text`, which came from `path`.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn parse(path: &Path, text: &str) -> Result<Self> {
+        let source = Source { path, text };
+        let document = DeTable::parse(text).map_err(|error| {
+            let line = source.line(error.span().map_or(0, |span| span.start));
+            Error::new(error.message())
+                .at_line(path, line)
+                .help("a rig file is TOML: `key = value` under [camera] and [mount]")
+        })?;
+        let root = Section::root(&source, document.get_ref(), ROOT)?;
+        let (camera, pixel_std) = camera(&root, path)?;
+        let (mount, mount_std) = mount(&root)?;
+        Ok(Self { finder: RangeFinder::new(camera, mount), pixel_std, mount_std })
+    }
+
+    /// The covariance of a pixel, px².
+    pub fn pixel_covariance(&self) -> Matrix2<f64> {
+        Matrix2::from_diagonal(&self.pixel_std.map(|std| std * std).into())
+    }
+}
+
+fn camera(root: &Section<'_>, path: &Path) -> Result<(Camera<f64>, [f64; 2])> {
+    let section = root.section("camera", CAMERA)?;
+    let given = match &section {
+        Some(section) => section,
+        None if root.has("camera_info") => root,
+        None => {
+            return Err(root.missing("camera", "add a section [camera], or camera_info = \"camera.yaml\""));
+        }
+    };
+    let pixel_std = given.pair("pixel_std")?.unwrap_or([PIXEL_STD; 2]);
+    if let Some(std) = pixel_std.into_iter().find(|std| *std <= 0.0) {
+        return Err(given.out_of_range("pixel_std", std, "above 0 (pixels)"));
+    }
+    let file = match root.string("camera_info")? {
+        Some(file) => Some(file),
+        None => given.string("camera_info")?,
+    };
+    let intrinsics = match file {
+        Some(file) => {
+            if let Some(key) = CAMERA[1..7].iter().find(|key| section.as_ref().is_some_and(|s| s.has(key))) {
+                let error = given.error(key, format!("`camera.{key}` is given here and by camera_info"));
+                return Err(error.help("keep one of them"));
+            }
+            read_camera_info(&path.parent().unwrap_or(Path::new("")).join(file))?
+        }
+        None => intrinsics(given)?,
+    };
+    let Intrinsics { width, height, focal, principal, skew, distortion: [k1, k2, p1, p2, k3] } = intrinsics;
+    let lens = Distortion { k1, k2, p1, p2, k3 };
+    let camera =
+        Camera::new(width, height, focal, principal, skew, lens).map_err(|error| match (file, error) {
+            (None, monorange_core::Error::OutOfRange { name, value, expected }) => {
+                given.out_of_range(name.rsplit('.').next().unwrap_or(name), value, expected)
+            }
+            (None, error) => Error::new(error).at(path),
+            (Some(file), error) => {
+                Error::new(error).at(path.with_file_name(file)).help("correct the camera file")
+            }
+        })?;
+    Ok((camera, pixel_std))
+}
+
+fn intrinsics(section: &Section<'_>) -> Result<Intrinsics> {
+    let size = |key: &'static str| {
+        let value = section.required_number(key, "give the picture's size in pixels")?;
+        let whole = value >= 1.0 && value.fract() == 0.0 && value <= 65_536.0;
+        if whole {
+            Ok(value as usize)
+        } else {
+            Err(section.out_of_range(key, value, "a whole number from 1 to 65536"))
+        }
+    };
+    let pair = |key: &'static str, help| section.pair(key)?.ok_or_else(|| section.missing(key, help));
+    let mut distortion = [0.0; 5];
+    let coefficients = section.numbers("distortion", &[4, 5])?.unwrap_or_default();
+    for (slot, coefficient) in distortion.iter_mut().zip(coefficients) {
+        *slot = coefficient;
+    }
+    Ok(Intrinsics {
+        width: size("width")?,
+        height: size("height")?,
+        focal: pair("focal", "give [fu, fv] in pixels, from the camera's calibration")?,
+        principal: pair("principal", "give [u0, v0] in pixels, from the camera's calibration")?,
+        skew: section.number("skew")?.unwrap_or(0.0),
+        distortion,
+    })
+}
+
+fn mount(root: &Section<'_>) -> Result<(Mount<f64>, [f64; 6])> {
+    let known: Vec<_> =
+        MOUNT.iter().map(|(key, ..)| *key).chain(MOUNT.iter().map(|(_, std, _)| *std)).collect();
+    let help = "say how the camera sits: [mount] with height (m) and tilt_deg (downwards)";
+    let section = root.section("mount", &known)?.ok_or_else(|| root.missing("mount", help))?;
+    let (mut parameters, mut deviations) = ([0.0; 6], [0.0; 6]);
+    for ((parameter, deviation), (key, std_key, unit)) in
+        parameters.iter_mut().zip(&mut deviations).zip(MOUNT)
+    {
+        let value = match key {
+            "height" => {
+                section.required_number(key, "give the lens centre's height above the floor in metres")?
+            }
+            "tilt_deg" => {
+                section.required_number(key, "give the camera's tilt in degrees, positive downwards")?
+            }
+            _ => section.number(key)?.unwrap_or(0.0),
+        };
+        let (expected, sound) = match key {
+            "height" => ("above 0 (metres)", value > 0.0),
+            "tilt_deg" => ("between -90 and 90 (degrees, positive downwards)", value.abs() < 90.0),
+            "roll_deg" | "yaw_deg" => ("from -180 to 180 (degrees)", value.abs() <= 180.0),
+            _ => ("a finite number (metres)", true),
+        };
+        if !sound {
+            return Err(section.out_of_range(key, value, expected).help("correct the value"));
+        }
+        let std = section.number(std_key)?.unwrap_or(0.0);
+        if std < 0.0 {
+            return Err(section.out_of_range(std_key, std, "0 or above").help("give a standard deviation"));
+        }
+        (*parameter, *deviation) = (value * unit, std * unit);
+    }
+    let mount = Mount::new(parameters).map_err(|error| section.error("height", error.to_string()))?;
+    Ok((mount, deviations))
+}

@@ -1,0 +1,18 @@
+//! What the command `monorange` is made of: its files, its drawings, its report and its commands.
+//!
+//! | module | what |
+//! |---|---|
+//! | [`files`] | every format that is read or written, one module each |
+//! | [`pictures`] | folders of pictures, decoding to grey |
+//! | [`evaluation`] | a trajectory and a map against the truth |
+//! | [`commands`] | one module a command, and nothing else |
+//!
+//! A command reads everything and checks it before it writes anything; what it writes appears whole or not at
+//! all ([`files::Outputs`]). Every [`Error`] names the file, the line or field, the cause and what to do.
+pub mod commands;
+mod error;
+pub mod evaluation;
+pub mod files;
+pub mod pictures;
+
+pub use error::{Error, Result, nearest};

@@ -1,0 +1,5 @@
+//! The installed command: what it prints, what it writes, what it refuses.
+mod bad_input;
+mod command;
+mod evaluate;
+mod range;
