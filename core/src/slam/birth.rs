@@ -247,6 +247,58 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         Ok(())
     }
 
+    /// Makes an inverse-distance landmark a point, when it is linear enough; whether it is a point now.
+    ///
+    /// The linearity index (Civera, Davison and Montiel, 2008) is 4 σ_d |cos α| / d: σ_d the standard deviation of
+    /// the distance, d the distance from the robot now, α the angle between the first ray and the present one.
+    ///
+    /// # Errors
+    /// [`Error::UnknownLandmark`].
+    pub fn convert(&mut self, id: u32) -> Result<bool> {
+        let slot = self.slot(id)?;
+        let landmark = self.landmarks()[slot];
+        if landmark.form == Form::Point {
+            return Ok(true);
+        }
+        let Some(position) = self.position(&landmark) else { return Ok(false) };
+        let at = landmark.offset;
+        let inverse = self.x(at + 3);
+        let distance_std = self.covariance_at(at + 3, at + 3).max(T::zero()).sqrt() / (inverse * inverse);
+        let first_ray = Vector2::new(self.x(at + 2).cos(), self.x(at + 2).sin());
+        let ray = position - self.pose().position();
+        let distance = ray.norm();
+        let (size, capacity) = self.states();
+        let index = T::lit(4.0) * distance_std * (first_ray.dot(&ray) / distance).abs() / distance;
+        let linear = index < self.config.linearity;
+        if !linear || size + Form::Point.len() > capacity {
+            return Ok(false);
+        }
+        let rows = self.position_rows(&landmark);
+        let start = self.size;
+        self.append_pair(&rows, &Matrix2::zeros());
+        let parts = self.parts();
+        for (index, value) in [start, start + 1].into_iter().zip(position.iter()) {
+            (parts.x[index], parts.rounding[index], parts.first[index]) = (*value, T::zero(), *value);
+        }
+        let record = &mut self.landmarks_mut()[slot];
+        (record.offset, record.form) = (start, Form::Point);
+        self.remove_states(at, Form::InverseDistance.len());
+        Ok(true)
+    }
+
+    /// Where a measurement's landmark would lie, for passing over landmarks that are far from it.
+    pub(super) fn nearby(&self, measurement: &Measurement<T>) -> Option<Nearby<T>> {
+        let plain =
+            self.config.mount_std.is_none() && matches!(measurement, Measurement::RangeBearing { .. });
+        if !plain {
+            return None;
+        }
+        let Seed { point, covariance, .. } = self.seed(measurement).ok()?;
+        let pose = self.covariance_at(0, 0) + self.covariance_at(1, 1);
+        let heading = self.covariance_at(2, 2) * point.norm_squared();
+        Some(Nearby { point, variance: covariance.trace() + T::lit(3.0) * (pose + heading) })
+    }
+
     fn remove_states(&mut self, from: usize, length: usize) {
         let (form, size) = (self.config.covariance, self.size);
         let mut parts = self.parts();
@@ -266,5 +318,20 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                 landmark.offset -= length;
             }
         }
+    }
+}
+
+/// Where a measurement's landmark would lie in the robot's frame.
+pub(super) struct Nearby<T> {
+    point: Vector2<T>,
+    variance: T,
+}
+
+impl<T: Real> Nearby<T> {
+    /// Whether a landmark of this variance in sight at `point` is beyond `nis` for certain: the covariance of the
+    /// difference has no larger eigenvalue than the variances' sum allows (Cauchy's inequality, three terms).
+    pub(super) fn excludes(&self, point: &Vector2<T>, variance: T, nis: T) -> bool {
+        // Twice the bound, for what linearisation leaves out.
+        (self.point - point).norm_squared() > T::lit(2.0) * nis * (self.variance + T::lit(3.0) * variance)
     }
 }

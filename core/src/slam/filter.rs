@@ -409,13 +409,28 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         [self.x(0), self.x(1), self.x(2)]
     }
 
+    /// cos θ, sin θ.
+    pub(super) fn heading(&self) -> (T, T) {
+        let (sin, cos) = self.x(2).sin_cos();
+        (cos, sin)
+    }
+
     /// The landmark as the robot sees it now.
     pub(super) fn relative(&self, landmark: &Landmark<T>) -> Relative<T> {
-        let (sin, cos) = self.x(2).sin_cos();
+        self.relative_at(landmark, self.heading())
+    }
+
+    /// As [`relative`](Self::relative), with the heading's sine and cosine at hand.
+    pub(super) fn relative_at(&self, landmark: &Landmark<T>, heading: (T, T)) -> Relative<T> {
         let at = landmark.offset;
         let offset = Vector2::new(self.difference(at, 0), self.difference(at + 1, 1));
         let inverse = landmark.form == Form::InverseDistance;
-        Relative { heading: (cos, sin), offset, ray: inverse.then(|| (self.x(at + 2), self.x(at + 3))) }
+        Relative { heading, offset, ray: inverse.then(|| (self.x(at + 2), self.x(at + 3))) }
+    }
+
+    /// Landmarks there is room for.
+    pub fn room(&self) -> usize {
+        self.landmarks.as_ref().len()
     }
 
     /// The landmark as seen where Jacobians are taken.

@@ -54,6 +54,8 @@ pub struct Landmark<T> {
     pub expected: u32,
     /// Frames in a row in which it should have been in view and was not seen.
     pub missed: u32,
+    /// Whether it should have been in view of the last frame, as predicted.
+    pub in_view: bool,
     /// Time of its birth in seconds.
     pub first_time: f64,
     /// Time of its last update in seconds.

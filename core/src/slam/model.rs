@@ -114,7 +114,6 @@ impl<T: Real> Relative<T> {
     }
 
     /// d, or `None` for an inverse-distance landmark without a finite distance.
-    #[allow(dead_code, reason = "the map's view test")]
     pub(super) fn point(&self) -> Option<Vector2<T>> {
         self.sight(false).map(|sight| sight.point)
     }
