@@ -1,0 +1,16 @@
+//! monorange in the browser: a thin, typed door to the core, which computes the same bits here as on a robot.
+//!
+//! Typed arrays go in, small typed objects and typed arrays come out; nothing here knows of a page. Numbers of
+//! one kind that come by the dozen (corners, landmarks, a grid's vertices) are rows of a `Float32Array`, whose
+//! columns each function names.
+//!
+//! | module | in JavaScript |
+//! |---|---|
+//! | [`range_finder`] | `RangeFinder`: range, bearing and ±σ of a pixel, tape measure, horizon, floor grid |
+#![warn(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
+
+pub mod outline;
+pub mod range_finder;
+pub mod tape;
+
+pub use range_finder::RangeFinder;

@@ -1,0 +1,214 @@
+//! A camera on its mount, as JavaScript sees it.
+use crate::{outline, tape};
+use monorange_core::geometry::{self, Camera, Distortion, Mount, NoFloor};
+use monorange_core::{Error, Result};
+use nalgebra::{Matrix2, Vector2};
+use wasm_bindgen::prelude::*;
+
+/// How many numbers [`RangeFinder::new`] takes.
+pub const PARAMETERS: usize = 26;
+
+/// Why a pixel has no range.
+#[wasm_bindgen]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// It has one.
+    Ok = 0,
+    /// The pixel looks at or above the horizon.
+    AboveHorizon = 1,
+    /// The pixel is not in the picture.
+    OutsideImage = 2,
+    /// The lens model has no inverse there.
+    OutsideLensModel = 3,
+}
+
+/// What a pixel of the floor measures; all zero unless `status` is `Ok`.
+#[wasm_bindgen]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sighting {
+    /// Whether there is a measurement, and why not.
+    pub status: Status,
+    /// Range from the robot's origin in metres.
+    pub range: f32,
+    /// Bearing in radians, positive to the left.
+    pub bearing: f32,
+    /// Standard deviation of the range in metres: the pixel's noise and the mount's uncertainty together.
+    pub range_std: f32,
+    /// Standard deviation of the bearing in radians.
+    pub bearing_std: f32,
+    /// Ahead of the robot in metres.
+    pub x: f32,
+    /// To the left of the robot in metres.
+    pub y: f32,
+}
+
+/// One calibrated camera on its mount as a range finder.
+#[wasm_bindgen]
+#[derive(Clone, Debug)]
+pub struct RangeFinder {
+    finder: geometry::RangeFinder<f32>,
+    pixel_covariance: Matrix2<f32>,
+    mount_std: [f32; 6],
+}
+
+#[wasm_bindgen]
+impl RangeFinder {
+    /// A range finder from 26 numbers: width, height, f_u, f_v, u₀, v₀, skew, k₁, k₂, p₁, p₂, k₃, the pixel's
+    /// standard deviations in u and v; height, tilt, roll, yaw, forward, left (m, rad) and the standard
+    /// deviations of those six.
+    ///
+    /// # Errors
+    /// A sentence that names the parameter at fault.
+    #[wasm_bindgen(constructor)]
+    pub fn from_parameters(parameters: &[f32]) -> core::result::Result<RangeFinder, JsError> {
+        Self::new(parameters).map_err(|error| JsError::new(&error.to_string()))
+    }
+
+    /// What the pixel (u, v) measures; (0, 0) is the centre of the top-left pixel.
+    pub fn sight(&self, u: f32, v: f32) -> Sighting {
+        match self.finder.sight(Vector2::new(u, v)) {
+            Ok(seen) => {
+                let covariance = seen.noise(&self.pixel_covariance) + seen.systematic(&self.mount_std);
+                Sighting {
+                    status: Status::Ok,
+                    range: seen.range,
+                    bearing: seen.bearing,
+                    range_std: libm::sqrtf(covariance.m11),
+                    bearing_std: libm::sqrtf(covariance.m22),
+                    x: seen.point_in_robot.x,
+                    y: seen.point_in_robot.y,
+                }
+            }
+            Err(reason) => Sighting { status: reason.into(), ..NOTHING },
+        }
+    }
+
+    /// The distance on the floor between two pixels and its standard deviation in metres, or nothing where one
+    /// of them does not see the floor.
+    pub fn tape(&self, u0: f32, v0: f32, u1: f32, v1: f32) -> Option<Box<[f32]>> {
+        let ends = [Vector2::new(u0, v0), Vector2::new(u1, v1)];
+        let [from, to] = ends.map(|pixel| self.finder.sight(pixel).ok());
+        let (distance, std) = tape::measure(&from?, &to?, &self.pixel_covariance, &self.mount_std);
+        Some(Box::new([distance, std]))
+    }
+
+    /// The pixel (u, v) that sees the floor point (x ahead, y left), or nothing behind the camera or beyond the
+    /// lens model; it may lie outside the picture.
+    pub fn project(&self, x: f32, y: f32) -> Option<Box<[f32]>> {
+        let pixel = self.finder.pixel_from_floor_unbounded(Vector2::new(x, y)).ok()?;
+        Some(Box::new([pixel.x, pixel.y]))
+    }
+
+    /// The horizon as rows u, v of a polyline.
+    pub fn horizon(&self) -> Box<[f32]> {
+        outline::horizon(&self.finder).into()
+    }
+
+    /// The floor grid as rows u, v, range; each line ends with a row NaN, NaN, label: its distance ahead for a line
+    /// across, NaN for a line along.
+    pub fn grid(&self, spacing: f32, reach: f32) -> Box<[f32]> {
+        outline::grid(&self.finder, spacing, reach).into()
+    }
+
+    /// The part of the floor that the picture shows, up to `reach` metres, as rows x, y in the robot's frame.
+    pub fn footprint(&self, reach: f32) -> Box<[f32]> {
+        outline::footprint(&self.finder, reach).into()
+    }
+}
+
+const NOTHING: Sighting = Sighting {
+    status: Status::Ok,
+    range: 0.0,
+    bearing: 0.0,
+    range_std: 0.0,
+    bearing_std: 0.0,
+    x: 0.0,
+    y: 0.0,
+};
+
+impl RangeFinder {
+    /// As [`from_parameters`](Self::from_parameters), for Rust.
+    ///
+    /// # Errors
+    /// [`Error`], every variant.
+    pub fn new(parameters: &[f32]) -> Result<Self> {
+        let wrong = Error::Size { name: "parameters", got: parameters.len(), expected: PARAMETERS };
+        let parameters: &[f32; PARAMETERS] = parameters.try_into().map_err(|_| wrong)?;
+        let [width, height, fu, fv, u0, v0, skew, k1, k2, p1, p2, k3, std_u, std_v, rest @ ..] = *parameters;
+        let [camera_height, tilt, roll, yaw, forward, left, mount_std @ ..] = rest;
+        let lens = Distortion { k1, k2, p1, p2, k3 };
+        let camera = Camera::new(width as usize, height as usize, [fu, fv], [u0, v0], skew, lens)?;
+        let mount = Mount::new([camera_height, tilt, roll, yaw, forward, left])?;
+        Ok(Self {
+            finder: geometry::RangeFinder::new(camera, mount),
+            pixel_covariance: Matrix2::new(std_u * std_u, 0.0, 0.0, std_v * std_v),
+            mount_std,
+        })
+    }
+}
+
+impl From<NoFloor> for Status {
+    fn from(reason: NoFloor) -> Self {
+        match reason {
+            NoFloor::AboveHorizon => Self::AboveHorizon,
+            NoFloor::OutsideImage => Self::OutsideImage,
+            NoFloor::OutsideLensModel => Self::OutsideLensModel,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn level_rig() -> RangeFinder {
+        let mut parameters = [0.0; PARAMETERS];
+        parameters[..6].copy_from_slice(&[320.0, 240.0, 365.0, 365.0, 160.0, 120.0]);
+        parameters[12..16].copy_from_slice(&[0.1, 0.1, 0.4, 0.2]);
+        parameters[20..22].copy_from_slice(&[0.005, 0.005]);
+        RangeFinder::new(&parameters).unwrap()
+    }
+
+    #[test]
+    fn the_optical_axis_meets_the_floor_at_height_over_tan_tilt() {
+        let seen = level_rig().sight(160.0, 120.0);
+        assert!((seen.range - 0.4 / 0.2_f32.tan()).abs() < 1e-5, "{seen:?}");
+        assert!(seen.range_std > 0.005 / 0.2_f32.tan(), "{seen:?}");
+        assert_eq!(level_rig().sight(160.0, 0.0).status, Status::AboveHorizon);
+    }
+
+    #[test]
+    fn the_horizon_separates_pixels_with_and_without_a_range() {
+        let rig = level_rig();
+        let line = rig.horizon();
+        assert!(line.len() >= 4);
+        for vertex in line.chunks_exact(2).filter(|vertex| (0.0..319.0).contains(&vertex[0])) {
+            assert_eq!(rig.sight(vertex[0], vertex[1] + 0.5).status, Status::Ok);
+            assert_eq!(rig.sight(vertex[0], vertex[1] - 0.5).status, Status::AboveHorizon);
+        }
+    }
+
+    #[test]
+    fn grid_vertices_lie_on_whole_metres() {
+        let rig = level_rig();
+        let vertices = rig.grid(1.0, 10.0);
+        let mut inside = 0;
+        for vertex in vertices.chunks_exact(3).filter(|vertex| !vertex[0].is_nan()) {
+            let seen = rig.sight(vertex[0], vertex[1]);
+            if seen.status != Status::Ok {
+                continue;
+            }
+            inside += 1;
+            assert!((seen.range - vertex[2]).abs() < 1e-3 * seen.range, "{seen:?} {vertex:?}");
+            let off = |value: f32| (value - value.round()).abs();
+            assert!(off(seen.x).min(off(seen.y)) < 2e-3 * seen.range, "{seen:?}");
+        }
+        assert!(inside > 50, "{inside}");
+    }
+
+    #[test]
+    fn a_wrong_number_of_parameters_is_said() {
+        let message = RangeFinder::new(&[0.0; 3]).unwrap_err().to_string();
+        assert_eq!(message, "parameters has size 3, must have 26");
+    }
+}

@@ -1,0 +1,55 @@
+/** The status line: always says in words what is going on; read out seldom enough to be followed. */
+import { tally } from '../timeline/timeline.ts';
+import { byId } from './dom.ts';
+import { resultOf, type State, type Store } from './state.ts';
+import { count, milliseconds, plusMinus, timeLeft } from './units.ts';
+
+/** Read out at most this often. */
+const SPOKEN_EVERY_MS = 4000;
+
+export function mountStatus(store: Store): void {
+  const [line, live] = [byId('status'), byId('live')];
+  let spoken = 0;
+  let phase = '';
+  store.on(['phase', 'frame', 'results', 'sequence', 'secondsLeft', 'playing', 'rig'], (state) => {
+    const sentence = statusSentence(state);
+    line.textContent = sentence;
+    const now = performance.now();
+    if (state.phase !== phase || (!state.playing && now - spoken > SPOKEN_EVERY_MS)) {
+      [spoken, phase] = [now, state.phase];
+      live.textContent = sentence;
+    }
+  });
+}
+
+export function statusSentence(state: Readonly<State>): string {
+  const { phase, sequence, results } = state;
+  if (phase === 'starting') return 'Starting.';
+  if (phase === 'opening') return 'Looking at the files.';
+  if (phase === 'empty' || !sequence) {
+    return 'Point at the floor for its range; click twice to measure. Drop pictures, a folder or a video to begin.';
+  }
+  const total = sequence.frames.length;
+  const parts = [frameSentence(state, total)];
+  if (phase === 'running') {
+    const left = state.secondsLeft === null ? '' : `, ${timeLeft(state.secondsLeft)}`;
+    parts.push(`working: ${results.length} of ${count(total, 'frame')}${left}`);
+  } else if (phase === 'cancelled') parts.push(`cancelled after ${count(results.length, 'frame')}`);
+  else if (phase === 'live') parts.push('live');
+  if (state.rig.guessed) parts.push('camera not calibrated: ranges are a guess');
+  return parts.filter(Boolean).join(' · ');
+}
+
+function frameSentence(state: Readonly<State>, total: number): string {
+  const frame = `Frame ${state.frame + 1} of ${Math.max(total, state.results.length)}`;
+  const result = resultOf(state);
+  if (!result) return frame;
+  if (result.problem) return `${frame} · skipped: ${result.problem}`;
+  const { matched, born, tentative, refused } = tally(result);
+  const corners = count(matched + born + tentative + refused, 'corner');
+  const what = [[matched, 'matched'], [born, 'new'], [tentative, 'tentative'], [refused, 'refused']] as const;
+  const words = what.filter(([number]) => number > 0).map(([number, name]) => `${number} ${name}`);
+  const time = result.stages.slice(1).reduce((sum, stage) => sum + stage, 0);
+  const std = Math.sqrt(Math.max(result.covariance[0] ?? 0, result.covariance[3] ?? 0));
+  return `${frame} · ${[corners, ...words].join(', ')} · ${milliseconds(time)} · position ${plusMinus(std)}`;
+}

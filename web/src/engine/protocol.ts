@@ -1,0 +1,72 @@
+/** What the page and its worker say to each other. */
+import type { Rig } from '../setup/rig.ts';
+
+/** A dropped file, or one that the sample makes when it is asked for. */
+export interface SourceFile {
+  path: string;
+  blob: Blob;
+}
+
+/** Rows of a `Float32Array`, and where each column is. */
+export interface Rows {
+  data: Float32Array;
+  width: number;
+}
+
+/** Columns of a corner's row. */
+export const CORNER = {
+  u: 0, v: 1, varU: 2, covUV: 3, varV: 4, range: 5, bearing: 6, rangeStd: 7, landmark: 8, decision: 9, nis: 10, width: 11,
+} as const;
+
+/** What became of a corner. */
+export const DECISION = { update: 0, birth: 1, gated: 2, tentative: 3, rejected: 4 } as const;
+export const DECISION_NAMES = ['matched', 'new', 'refused: too far from its landmark', 'tentative', 'refused'] as const;
+
+/** Columns of a predicted landmark's row: the pixel and its covariance, and the corner matched (−1: none). */
+export const PREDICTED = { landmark: 0, u: 1, v: 2, varU: 3, covUV: 4, varV: 5, corner: 6, width: 7 } as const;
+
+/** Columns of a landmark's row, in the world. */
+export const LANDMARK = { id: 0, x: 1, y: 2, varX: 3, covXY: 4, varY: 5, seen: 6, width: 7 } as const;
+
+/** Columns of a line's row, in pixels. */
+export const LINE = { u0: 0, v0: 1, u1: 2, v1: 3, width: 4 } as const;
+
+export const STAGES = ['decode', 'extract', 'motion', 'filter'] as const;
+
+export interface FrameResult {
+  index: number;
+  name: string;
+  t: number;
+  /** Why the frame was skipped, as a sentence; every array is empty then. */
+  problem?: string;
+  /** x, y, heading of the robot in the world. */
+  pose: Float32Array;
+  /** var_x, cov_xy, cov_xh, var_y, cov_yh, var_h. */
+  covariance: Float32Array;
+  corners: Float32Array;
+  predicted: Float32Array;
+  lines: Float32Array;
+  landmarks: Float32Array;
+  /** Normalised innovation squared a matched corner, on average, and how many numbers it sums. */
+  nis: number;
+  nisDegrees: number;
+  /** Milliseconds a stage, in the order of `STAGES`. */
+  stages: Float32Array;
+}
+
+export interface SequenceInfo {
+  name: string;
+  frames: string[];
+  times: Float64Array;
+  width: number;
+  height: number;
+  /** The rig that came with the pictures, where one did. */
+  rig: Rig | null;
+  /** x, y, heading a frame; NaN where there is none. */
+  truth: Float32Array | null;
+  /** x, y pairs of a laser's hits in the world. */
+  laser: Float32Array | null;
+  hasOdometry: boolean;
+  /** Sentences about files that were left aside. */
+  notes: string[];
+}
