@@ -3,6 +3,7 @@ mod demo;
 mod setup;
 mod shell;
 mod test;
+mod web;
 
 use clap::{Parser, Subcommand};
 
@@ -20,11 +21,14 @@ enum Task {
     Demo(demo::Options),
     /// Every check: formatting, lints, tests, and the core built for microcontroller and browser
     Test,
+    /// The page: build it into web/dist, test it, or serve it to this machine
+    Web(web::Options),
 }
 
 fn main() -> anyhow::Result<()> {
     match Arguments::parse().task {
         Task::Demo(options) => demo::run(&options),
         Task::Test => test::run(),
+        Task::Web(options) => web::run(&options),
     }
 }

@@ -12,10 +12,35 @@ struct Package {
     simd: bool,
 }
 
-const PACKAGES: [Package; 1] = [Package { folder: "wasm", library: "monorange_wasm", simd: true }];
+const PACKAGES: [Package; 2] = [
+    Package { folder: "wasm", library: "monorange_wasm", simd: true },
+    Package { folder: "wasm/files", library: "monorange_wasm_files", simd: false },
+];
 
 /// What must stay small, in bytes after gzip: (glob-free prefix of the file's name, suffix, limit).
 const LIMITS: [(&str, &str, u64); 2] = [("monorange_wasm_simd", ".wasm", 200_000), ("index", ".js", 120_000)];
+
+/// What to do with the page.
+#[derive(clap::Args)]
+pub(crate) struct Options {
+    /// Run its tests, in a real browser too
+    #[arg(long)]
+    test: bool,
+    /// Serve it on the loopback address, until interrupted
+    #[arg(long)]
+    serve: bool,
+    /// Port to serve on
+    #[arg(long, default_value_t = 4173)]
+    port: u16,
+}
+
+pub(crate) fn run(options: &Options) -> Result<()> {
+    match options {
+        Options { test: true, .. } => test(),
+        Options { serve: true, port, .. } => serve(*port),
+        _ => build(),
+    }
+}
 
 /// Builds `web/dist` and checks its sizes.
 pub(crate) fn build() -> Result<()> {
@@ -105,7 +130,8 @@ fn sizes() -> Result<()> {
 }
 
 fn gzip_size(path: &Path) -> Result<u64> {
-    let script = "console.log(require('zlib').gzipSync(require('fs').readFileSync(process.argv[1]),{level:9}).length)";
+    let script =
+        "console.log(require('zlib').gzipSync(require('fs').readFileSync(process.argv[1]),{level:9}).length)";
     let output = shell::command("node", ["-e", script]).arg(path).output().context("node is needed")?;
     String::from_utf8_lossy(&output.stdout).trim().parse().with_context(|| format!("{}", path.display()))
 }

@@ -21,11 +21,7 @@ impl Sample {
     /// # Errors
     /// A sentence that names the setting at fault.
     #[wasm_bindgen(constructor)]
-    pub fn from_settings(
-        frames: usize,
-        walkers: usize,
-        seed: u32,
-    ) -> core::result::Result<Sample, JsError> {
+    pub fn from_settings(frames: usize, walkers: usize, seed: u32) -> core::result::Result<Sample, JsError> {
         Self::new(frames, walkers, seed).map_err(|error| JsError::new(&error.to_string()))
     }
 

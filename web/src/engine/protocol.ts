@@ -70,3 +70,36 @@ export interface SequenceInfo {
   /** Sentences about files that were left aside. */
   notes: string[];
 }
+
+/** Settings of a run. */
+export interface RunSettings {
+  rig: Rig;
+  motion: 'auto' | 'odometry' | 'floor' | 'sift';
+}
+
+/** What the page asks, and what it is answered. */
+export interface Calls {
+  /** The sample's first picture and rig, for the empty page. */
+  preview: { ask: null; answer: { picture: ImageBitmap; rig: Rig } };
+  sample: { ask: { frames: number; walkers: number; seed: number }; answer: SequenceInfo };
+  open: { ask: { files: SourceFile[] }; answer: SequenceInfo };
+  openStream: { ask: { name: string; frames: number; interval: number; width: number; height: number }; answer: SequenceInfo };
+  picture: { ask: { frame: number }; answer: ImageBitmap };
+  run: { ask: RunSettings; answer: 'done' | 'cancelled' };
+  live: { ask: { picture: ImageBitmap; t: number }; answer: FrameResult };
+  write: { ask: { name: string }; answer: string };
+}
+
+export type CallName = keyof Calls;
+
+export type Request =
+  | { [Name in CallName]: { kind: Name; id: number; ask: Calls[Name]['ask'] } }[CallName]
+  | { kind: 'cancel' }
+  | { kind: 'frame'; id: number; picture: ImageBitmap | null };
+
+export type Reply =
+  | { kind: 'answer'; id: number; answer: unknown }
+  | { kind: 'failure'; id: number; sentence: string }
+  | { kind: 'results'; results: FrameResult[]; picture: ImageBitmap | null; secondsLeft: number }
+  /** A frame of a video or a camera, which only the page can decode. */
+  | { kind: 'wanted'; id: number; frame: number };

@@ -1,0 +1,91 @@
+/** The worker: every file is read, every picture decoded and every number computed here. */
+import { type Picture, bitmapOf, pixelsOf } from '../sequence/picture.ts';
+import { guessedRig } from '../setup/rig.ts';
+import { loadFiles } from './files.ts';
+import type { CallName, Calls, Reply, Request } from './protocol.ts';
+import { Sequence, type Frame } from './sequence.ts';
+
+let sequence: Sequence | null = null;
+let cancelled = false;
+const wanted = new Map<number, (picture: ImageBitmap | null) => void>();
+let nextWanted = 0;
+
+function post(reply: Reply, transfer: Transferable[] = []): void {
+  (self as unknown as Worker).postMessage(reply, transfer);
+}
+
+/** A frame that only the page can decode: of a video. */
+function fromPage(frame: number): Promise<Picture> {
+  return new Promise((done, fail) => {
+    const id = nextWanted++;
+    wanted.set(id, (bitmap) => {
+      if (!bitmap) return fail(new Error('the video gives no picture there'));
+      done(pixelsOf(bitmap));
+      bitmap.close();
+    });
+    post({ kind: 'wanted', id, frame });
+  });
+}
+
+function opened(): Sequence {
+  if (!sequence) throw new Error('Open pictures first.');
+  return sequence;
+}
+
+const calls: { [Name in CallName]: (ask: Calls[Name]['ask']) => Promise<Calls[Name]['answer']> } = {
+  async preview() {
+    const files = await loadFiles();
+    const sample = new files.Sample(1, 2, 1);
+    const { Sequence } = await import('./sequence.ts');
+    const shown = await Sequence.ofSample(sample, 1);
+    const picture = await shown.decode(0);
+    return { picture: await bitmapOf(picture), rig: shown.info.rig ?? guessedRig(picture.width, picture.height) };
+  },
+  async sample({ frames, walkers, seed }) {
+    const files = await loadFiles();
+    sequence = await Sequence.ofSample(new files.Sample(frames, walkers, seed), frames);
+    return sequence.info;
+  },
+  async open({ files }) {
+    sequence = await Sequence.ofFiles(files);
+    return sequence.info;
+  },
+  async openStream({ name, frames, interval, width, height }) {
+    const list: Frame[] = Array.from({ length: frames }, (_, frame) => ({
+      path: `${name}, frame ${frame + 1}`,
+      decode: () => fromPage(frame),
+    }));
+    sequence = new Sequence(name, list, width, height);
+    sequence.info.times = Float64Array.from(list, (_, frame) => frame * interval);
+    return sequence.info;
+  },
+  async picture({ frame }) {
+    return bitmapOf(await opened().decode(frame));
+  },
+  async run() {
+    cancelled = false;
+    return cancelled ? 'cancelled' : 'done';
+  },
+  async live() {
+    throw new Error('not yet');
+  },
+  async write() {
+    throw new Error('not yet');
+  },
+};
+
+self.addEventListener('message', (event: MessageEvent<Request>) => {
+  const request = event.data;
+  if (request.kind === 'cancel') cancelled = true;
+  else if (request.kind === 'frame') {
+    wanted.get(request.id)?.(request.picture);
+    wanted.delete(request.id);
+  } else {
+    const { id } = request;
+    const call = calls[request.kind] as (ask: unknown) => Promise<unknown>;
+    call(request.ask).then(
+      (answer) => post({ kind: 'answer', id, answer }, answer instanceof ImageBitmap ? [answer] : []),
+      (error: unknown) => post({ kind: 'failure', id, sentence: error instanceof Error ? error.message : String(error) }),
+    );
+  }
+});

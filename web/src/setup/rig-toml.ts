@@ -1,0 +1,37 @@
+/** The rig file of a rig. */
+import { DEGREE, type Rig } from './rig.ts';
+
+/** As short as it can be without losing what was set: nine digits. */
+function number(value: number): string {
+  const text = String(Number(value.toPrecision(9)));
+  return /[.e]/.test(text) ? text : `${text}.0`;
+}
+
+function list(values: readonly number[]): string {
+  return `[${values.map(number).join(', ')}]`;
+}
+
+export function rigToml(rig: Rig): string {
+  const { mount, mountStd } = rig;
+  const lines = [
+    ...(rig.guessed ? ['# The camera is not calibrated: focal length, centre and lens are guesses.'] : []),
+    '[camera]',
+    `width = ${rig.width}`,
+    `height = ${rig.height}`,
+    `focal = ${list(rig.focal)}`,
+    `principal = ${list(rig.principal)}`,
+    `skew = ${number(rig.skew)}`,
+    `distortion = ${list(rig.distortion)}   # k1 k2 p1 p2 k3`,
+    `pixel_std = ${list(rig.pixelStd)}`,
+    '',
+    '[mount]',
+    `height = ${number(mount.height)}`,
+    ...(['tilt', 'roll', 'yaw'] as const).map((name) => `${name}_deg = ${number(mount[name] / DEGREE)}`),
+    `forward = ${number(mount.forward)}`,
+    `left = ${number(mount.left)}`,
+    `height_std = ${number(mountStd.height)}`,
+    ...(['tilt', 'roll', 'yaw'] as const).map((name) => `${name}_std_deg = ${number(mountStd[name] / DEGREE)}`),
+    '',
+  ];
+  return lines.join('\n');
+}
