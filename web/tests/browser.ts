@@ -1,0 +1,50 @@
+/** A real browser on the built page, served from a sub-path of the loopback address. */
+import { existsSync } from 'node:fs';
+import { cp, mkdtemp, rm } from 'node:fs/promises';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { chromium, type BrowserContext } from 'playwright-core';
+import { preview, type PreviewServer } from 'vite';
+
+const BROWSERS = ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'];
+const FLAGS = [
+  '--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking',
+  '--disable-component-update', '--disable-sync',
+];
+
+export interface Site {
+  address: string;
+  context: BrowserContext;
+  server: PreviewServer;
+  close(): Promise<void>;
+}
+
+export const browserPath = process.env['CHROMIUM'] ?? BROWSERS.find((path) => existsSync(path));
+
+export async function openSite(options: { width?: number; height?: number; dark?: boolean; touch?: boolean } = {}): Promise<Site> {
+  if (!browserPath) throw new Error('No Chromium found: install it (apt-get install chromium) or set CHROMIUM.');
+  const root = await mkdtemp(join(tmpdir(), 'monorange-page-'));
+  // A sub-path, as on a static host that serves more than this page.
+  await cp('dist', join(root, 'dist', 'some', 'folder'), { recursive: true });
+  const server = await preview({ root, configFile: false, logLevel: 'error', preview: { host: '127.0.0.1', port: 0 } });
+  const origin = server.resolvedUrls?.local[0] ?? '';
+  const profile = join(root, 'profile');
+  const context = await chromium.launchPersistentContext(profile, {
+    executablePath: browserPath,
+    headless: true,
+    args: FLAGS,
+    viewport: { width: options.width ?? 1280, height: options.height ?? 800 },
+    colorScheme: options.dark ? 'dark' : 'light',
+    hasTouch: options.touch ?? false,
+  });
+  return {
+    address: `${origin}some/folder/`,
+    context,
+    server,
+    async close() {
+      await context.close();
+      await server.close();
+      await rm(root, { recursive: true, force: true });
+    },
+  };
+}
