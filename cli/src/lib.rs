@@ -7,12 +7,16 @@
 //! | [`evaluation`] | a trajectory and a map against the truth |
 //! | [`commands`] | one module a command, and nothing else |
 //!
+//! Without the feature `command` only the formats and figures remain, for the page in the browser.
+//!
 //! A command reads everything and checks it before it writes anything; what it writes appears whole or not at
 //! all ([`files::Outputs`]). Every [`Error`] names the file, the line or field, the cause and what to do.
+#[cfg(feature = "command")]
 pub mod commands;
 mod error;
 pub mod evaluation;
 pub mod files;
+#[cfg(feature = "command")]
 pub mod pictures;
 
 pub use error::{Error, Result, nearest};

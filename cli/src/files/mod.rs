@@ -3,7 +3,10 @@
 //! Text files are read whole, so that a mistake on the last line is found before anything is written.
 mod camera_info;
 mod map;
+pub mod memory;
 mod odometry;
+mod order;
+#[cfg(feature = "command")]
 mod outputs;
 mod rig;
 mod rig_section;
@@ -14,6 +17,8 @@ mod trajectory;
 pub use camera_info::{Intrinsics, read_camera_info};
 pub use map::{MapPoint, read_map, write_map, write_ply};
 pub use odometry::{Control, Odometry};
+pub use order::natural_order;
+#[cfg(feature = "command")]
 pub use outputs::{Outputs, to_file_or_stdout};
 pub use rig::Rig;
 pub use table::Table;
@@ -23,12 +28,15 @@ pub use trajectory::{Stamped, read_trajectory, write_trajectory, write_tum};
 use crate::{Error, Result};
 use std::{fs, io::Read, path::Path};
 
-/// The text of a file.
+/// The text of a file, of the one in [`memory`] before the one on the disk.
 ///
 /// # Errors
 /// Without the file, without leave to read it, or when it is not UTF-8.
 pub fn read_text(path: &Path) -> Result<String> {
-    let bytes = fs::read(path).map_err(|error| io_error(&error).at(path))?;
+    let bytes = match memory::copy_of(path) {
+        Some(bytes) => bytes,
+        None => fs::read(path).map_err(|error| io_error(&error).at(path))?,
+    };
     decode(bytes).map_err(|error| error.at(path))
 }
 

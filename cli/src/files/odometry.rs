@@ -106,7 +106,8 @@ fn arc_from_step(step: Vector2<f64>, turn: f64) -> Vector2<f64> {
     let (along, across) = if turn.abs() < 1e-3 {
         (1.0 - turn * turn / 6.0, turn / 2.0 - turn * turn * turn / 24.0)
     } else {
-        (turn.sin() / turn, (1.0 - turn.cos()) / turn)
+        let (sin, cos) = libm::sincos(turn); // not the platform's: the motion must be the same in a browser
+        (sin / turn, (1.0 - cos) / turn)
     };
     Matrix2::new(along, across, -across, along) * step / (along * along + across * across)
 }

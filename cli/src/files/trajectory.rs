@@ -93,7 +93,8 @@ fn from_tum(path: &Path, text: &str) -> Result<Vec<Stamped>> {
 /// When writing fails.
 pub fn write_tum(out: &mut dyn Write, trajectory: &[Stamped]) -> io::Result<()> {
     for Stamped { time, pose, .. } in trajectory {
-        let (qz, qw) = (pose.heading / 2.0).sin_cos();
+        // Not the platform's: the file must be the same in a browser.
+        let (qz, qw) = libm::sincos(pose.heading / 2.0);
         writeln!(out, "{time} {} {} 0 0 0 {qz} {qw}", pose.x, pose.y)?;
     }
     Ok(())

@@ -1,5 +1,5 @@
 /** The second WebAssembly module: file formats and the sample, loaded when first needed. */
-type Files = typeof import('monorange-wasm-files');
+export type Files = typeof import('monorange-wasm-files');
 
 let loading: Promise<Files> | undefined;
 

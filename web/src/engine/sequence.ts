@@ -1,29 +1,35 @@
 /** A sequence of pictures with what came beside them; pictures are decoded when they are asked for. */
-import type { Sample } from 'monorange-wasm-files';
-import { isLitter, kindOf, mainFolder, naturalOrder } from '../sequence/kinds.ts';
-import { decode, type Picture } from '../sequence/picture.ts';
 import { count } from '../app/units.ts';
-import type { SequenceInfo, SourceFile } from './protocol.ts';
-import { guessedRig } from '../setup/rig.ts';
+import { isLitter, kindOf, mainFolder, naturalOrder, type Kind } from '../sequence/kinds.ts';
+import { decode, type Picture } from '../sequence/picture.ts';
+import { DEGREE, guessedRig, type Mount, type Rig } from '../setup/rig.ts';
+import { loadFiles, type Files } from './files.ts';
+import type { SequenceInfo } from './protocol.ts';
+
+/** A file: one that was dropped, or one that the sample writes when it is asked for. */
+export interface Source {
+  path: string;
+  blob(): Blob;
+}
 
 export interface Frame {
   path: string;
   decode(): Promise<Picture>;
 }
 
-async function rare(): Promise<Picture> {
-  throw new Error('this kind of picture cannot be read yet; save it as PNG');
-}
+/** The motions between two times: rows of speed ahead, to the left, turn rate, duration. */
+type Wheels = InstanceType<Files['Wheels']>;
 
 export class Sequence {
   readonly info: SequenceInfo;
   readonly frames: Frame[];
+  wheels: Wheels | null = null;
 
   constructor(name: string, frames: Frame[], width: number, height: number) {
     this.frames = frames;
     this.info = {
       name,
-      frames: frames.map(({ path }) => path.slice(path.lastIndexOf('/') + 1)),
+      frames: frames.map(({ path }) => baseName(path)),
       times: Float64Array.from(frames, (_, index) => index / 10),
       width,
       height,
@@ -35,39 +41,81 @@ export class Sequence {
     };
   }
 
-  /** The files of a simulated drive; its pictures are drawn when they are decoded. */
-  static async ofSample(sample: Sample, frames: number): Promise<Sequence> {
-    const pictures = Array.from({ length: frames }, (_, frame): Frame => {
-      const path = `frames/${String(frame).padStart(6, '0')}.pgm`;
-      return {
-        path,
-        decode: () => decode(path, new Blob([sample.picture(frame) as Uint8Array<ArrayBuffer>]), rare),
-      };
-    });
-    const first = await pictures[0]?.decode();
-    const sequence = new Sequence('Sample', pictures, first?.width ?? 0, first?.height ?? 0);
-    sequence.info.rig = { ...guessedRig(320, 240), guessed: false, source: 'rig.toml' };
+  /**
+   * The sequence in these files, which may lack pictures when they hold a rig. Throws a sentence where they hold
+   * neither, or where one of them is wrong.
+   */
+  static async of(all: Source[]): Promise<Sequence> {
+    const sources = all.filter(({ path }) => !isLitter(path));
+    const byKind = new Map<Kind, Source[]>();
+    for (const source of sources) {
+      const kind = kindOf(source.path);
+      byKind.set(kind, [...(byKind.get(kind) ?? []), source]);
+    }
+    const paths = mainFolder((byKind.get('picture') ?? []).map(({ path }) => path)).sort(naturalOrder);
+    const byPath = new Map(sources.map((source) => [source.path, source]));
+    const frames = paths.map((path): Frame => ({ path, decode: () => decode(path, byPath.get(path)?.blob() ?? new Blob()) }));
+    const beside = ['rig', 'camera', 'times', 'odometry', 'truth'] as const;
+    if (frames.length === 0 && !byKind.has('rig') && !byKind.has('camera')) throw new Error(nothingToShow(sources));
+
+    const size = frames.length > 0 ? await firstSize(frames) : { width: 0, height: 0 };
+    const folder = paths[0]?.includes('/') ? paths[0].slice(0, paths[0].indexOf('/')) : '';
+    const sequence = new Sequence(folder || count(frames.length, 'picture'), frames, size.width, size.height);
+    if (beside.some((kind) => byKind.has(kind))) await sequence.#readBeside(byKind);
+    for (const { path } of byKind.get('other') ?? []) {
+      if (frames.length > 0) sequence.info.notes.push(`${baseName(path)} is not used: it is neither a picture nor a file that a sequence needs.`);
+    }
     return sequence;
   }
 
-  /** Throws a sentence where the files hold no picture. */
-  static async ofFiles(files: SourceFile[]): Promise<Sequence> {
-    const wanted = files.filter(({ path }) => !isLitter(path));
-    const byPath = new Map(wanted.map((file) => [file.path, file]));
-    const pictures = wanted.map(({ path }) => path).filter((path) => kindOf(path) === 'picture');
-    if (pictures.length === 0) throw new Error(nothingToShow(wanted));
-    const paths = mainFolder(pictures).sort(naturalOrder);
-    const frames = paths.map((path): Frame => {
-      const blob = byPath.get(path)?.blob ?? new Blob();
-      return { path, decode: () => decode(path, blob, rare) };
-    });
-    const size = await firstSize(frames);
-    const name = paths[0]?.includes('/') ? (paths[0].split('/')[0] ?? 'Pictures') : count(frames.length, 'picture');
-    const sequence = new Sequence(name, frames, size.width, size.height);
-    for (const { path } of wanted) {
-      if (kindOf(path) === 'other') sequence.info.notes.push(`${path} is not used: it is neither a picture nor a file that a sequence needs.`);
+  async #readBeside(byKind: Map<Kind, Source[]>): Promise<void> {
+    const { info } = this;
+    const files = await loadFiles();
+    files.forget_all();
+    for (const kind of ['rig', 'camera', 'times', 'odometry', 'truth'] as const) {
+      for (const { path, blob } of byKind.get(kind) ?? []) files.offer(path, new Uint8Array(await blob().arrayBuffer()));
     }
-    return sequence;
+    /** The one file of a kind; others of it are said to be left out. */
+    const one = (kind: Kind): string | undefined => {
+      const [first, ...more] = byKind.get(kind) ?? [];
+      for (const { path } of more) info.notes.push(`${baseName(path)} is not used: ${baseName(first?.path ?? '')} came first.`);
+      return first?.path;
+    };
+    const rig = one('rig');
+    // A rig may name its camera file itself.
+    const camera = rig ? undefined : one('camera');
+    if (rig) info.rig = rigFrom(JSON.parse(files.rig(rig)) as RigAnswer, baseName(rig));
+    else if (camera) {
+      info.rig = rigFrom(JSON.parse(files.camera(camera)) as RigAnswer, baseName(camera));
+      info.notes.push(`${baseName(camera)} says nothing of how the camera sits: set its height and tilt in Set-up.`);
+    }
+    this.#checkSize();
+    const times = one('times');
+    if (times) this.#setTimes(files.times(times), baseName(times));
+    const odometry = one('odometry');
+    if (odometry) {
+      this.wheels = new files.Wheels(odometry, info.times);
+      info.hasOdometry = true;
+    }
+    const truth = one('truth');
+    if (truth) info.truth = Float32Array.from(files.truth(truth, info.times));
+  }
+
+  #checkSize(): void {
+    const { rig, width, height, frames } = this.info;
+    if (!rig || frames.length === 0 || (rig.width === width && rig.height === height)) return;
+    throw new Error(
+      `The pictures are ${width} × ${height} (${frames[0]}), the camera of ${rig.source} ${rig.width} × ${rig.height}. ` +
+        'Open pictures as they were calibrated, or a rig for this size.',
+    );
+  }
+
+  #setTimes(times: Float64Array, file: string): void {
+    const { frames } = this.info;
+    if (times.length !== frames.length) {
+      throw new Error(`${file} has ${count(times.length, 'time')} for ${count(frames.length, 'picture')}. Give one time a picture, in the order of the pictures’ names.`);
+    }
+    this.info.times = times;
   }
 
   decode(frame: number): Promise<Picture> {
@@ -77,6 +125,26 @@ export class Sequence {
   }
 }
 
+type RigAnswer = Pick<Rig, 'width' | 'height' | 'focal' | 'principal' | 'skew' | 'distortion'> & {
+  pixelStd?: [number, number];
+  mount?: number[];
+  mountStd?: number[];
+};
+
+function rigFrom(answer: RigAnswer, source: string): Rig {
+  const supposed = guessedRig(answer.width, answer.height);
+  const six = ([height = 0, tilt = 0, roll = 0, yaw = 0, forward = 0, left = 0]: number[]): Mount => ({ height, tilt, roll, yaw, forward, left });
+  return {
+    ...supposed,
+    ...answer,
+    pixelStd: answer.pixelStd ?? [0.3, 0.3],
+    mount: answer.mount ? six(answer.mount) : supposed.mount,
+    mountStd: answer.mountStd ? six(answer.mountStd) : { ...supposed.mountStd, tilt: DEGREE },
+    guessed: false,
+    source,
+  };
+}
+
 /** The size of the first picture that can be decoded. */
 async function firstSize(frames: Frame[]): Promise<{ width: number; height: number }> {
   let problem = '';
@@ -84,15 +152,20 @@ async function firstSize(frames: Frame[]): Promise<{ width: number; height: numb
     try {
       return await frame.decode();
     } catch (error) {
-      problem ||= `${frame.path}: ${error instanceof Error ? error.message : String(error)}.`;
+      problem ||= `${baseName(frame.path)}: ${error instanceof Error ? error.message : String(error)}.`;
     }
   }
   throw new Error(`No picture could be read. ${problem}`);
 }
 
-function nothingToShow(files: SourceFile[]): string {
-  const [first] = files;
-  if (!first) return 'There was nothing in that. Drop pictures, a folder of pictures or a video.';
-  if (files.length === 1) return `${first.path} is not a picture. Drop pictures (PNG, JPEG, PGM …), a folder of them or a video.`;
-  return `None of these ${files.length} files is a picture. Drop pictures (PNG, JPEG, PGM …), a folder of them or a video.`;
+function nothingToShow(sources: Source[]): string {
+  const [first] = sources;
+  const help = 'Drop pictures (PNG, JPEG, PGM …), a folder of them or a video.';
+  if (!first) return `There was nothing in that. ${help}`;
+  if (sources.length === 1) return `${baseName(first.path)} is not a picture. ${help}`;
+  return `None of these ${sources.length} files is a picture. ${help}`;
+}
+
+function baseName(path: string): string {
+  return path.slice(path.lastIndexOf('/') + 1);
 }

@@ -1,11 +1,14 @@
 /** The worker: every file is read, every picture decoded and every number computed here. */
 import { type Picture, bitmapOf, pixelsOf } from '../sequence/picture.ts';
 import { guessedRig } from '../setup/rig.ts';
-import { loadFiles } from './files.ts';
-import type { CallName, Calls, Reply, Request } from './protocol.ts';
-import { Sequence, type Frame } from './sequence.ts';
+import { kindOf } from '../sequence/kinds.ts';
+import type { CallName, Calls, Reply, Request, SequenceInfo } from './protocol.ts';
+import { sampleFiles } from './sample.ts';
+import { Sequence, type Frame, type Source } from './sequence.ts';
 
 let sequence: Sequence | null = null;
+/** What the sequence was opened from. */
+let sources: Source[] = [];
 let cancelled = false;
 const wanted = new Map<number, (picture: ImageBitmap | null) => void>();
 let nextWanted = 0;
@@ -32,23 +35,26 @@ function opened(): Sequence {
   return sequence;
 }
 
+/** Opens files, those of the sequence that is open beside them when they hold no pictures of their own. */
+async function open(files: Source[]): Promise<SequenceInfo> {
+  const complete = files.some(({ path }) => kindOf(path) === 'picture');
+  const together = complete ? files : [...files, ...sources.filter(({ path }) => !files.some((file) => kindOf(file.path) === kindOf(path)))];
+  const next = await Sequence.of(together);
+  [sequence, sources] = [next, together];
+  return next.info;
+}
+
 const calls: { [Name in CallName]: (ask: Calls[Name]['ask']) => Promise<Calls[Name]['answer']> } = {
   async preview() {
-    const files = await loadFiles();
-    const sample = new files.Sample(1, 2, 1);
-    const { Sequence } = await import('./sequence.ts');
-    const shown = await Sequence.ofSample(sample, 1);
+    const shown = await Sequence.of(await sampleFiles(1, 2, 1));
     const picture = await shown.decode(0);
     return { picture: await bitmapOf(picture), rig: shown.info.rig ?? guessedRig(picture.width, picture.height) };
   },
   async sample({ frames, walkers, seed }) {
-    const files = await loadFiles();
-    sequence = await Sequence.ofSample(new files.Sample(frames, walkers, seed), frames);
-    return sequence.info;
+    return open(await sampleFiles(frames, walkers, seed));
   },
   async open({ files }) {
-    sequence = await Sequence.ofFiles(files);
-    return sequence.info;
+    return open(files.map(({ path, blob }) => ({ path, blob: () => blob })));
   },
   async openStream({ name, frames, interval, width, height }) {
     const list: Frame[] = Array.from({ length: frames }, (_, frame) => ({

@@ -8,12 +8,12 @@ export interface Picture {
 }
 
 /** The picture in a file, or an error that says why there is none. */
-export async function decode(path: string, blob: Blob, rare: (bytes: Uint8Array) => Promise<Picture>): Promise<Picture> {
+export async function decode(path: string, blob: Blob): Promise<Picture> {
   if (/\.(pgm|pnm)$/i.test(path)) {
     const bytes = new Uint8Array(await blob.arrayBuffer());
-    return decodePgm(bytes) ?? rare(bytes);
+    return decodePgm(bytes) ?? decodeRare(bytes);
   }
-  if (/\.(ppm|pbm|tiff?)$/i.test(path)) return rare(new Uint8Array(await blob.arrayBuffer()));
+  if (/\.(ppm|pbm|tiff?)$/i.test(path)) return decodeRare(new Uint8Array(await blob.arrayBuffer()));
   let bitmap: ImageBitmap;
   try {
     // No colour conversion: the host tool reads the numbers as they are in the file.
@@ -24,6 +24,11 @@ export async function decode(path: string, blob: Blob, rare: (bytes: Uint8Array)
   const picture = pixelsOf(bitmap);
   bitmap.close();
   return picture;
+}
+
+/** Kinds that no browser knows, by a module that loads when first needed. */
+async function decodeRare(_bytes: Uint8Array): Promise<Picture> {
+  throw new Error('this kind of picture cannot be read here; save it as PNG');
 }
 
 let canvas: OffscreenCanvas | null = null;

@@ -1,0 +1,132 @@
+//! The text files that come with pictures, read by the command line's own readers.
+use core::fmt::Display;
+use monorange::evaluation::Truth;
+use monorange::files::{self, Odometry, Rig, memory, read_camera_info, read_times, read_trajectory};
+use monorange_core::geometry::Pose;
+use serde_json::json;
+use std::path::Path;
+use wasm_bindgen::prelude::*;
+
+type Answer<T> = Result<T, JsError>;
+
+fn sentence(error: impl Display) -> JsError {
+    JsError::new(&error.to_string().replace("\n  help: ", ". To mend it: "))
+}
+
+/// Makes a file readable by the functions of this module under its path.
+#[wasm_bindgen]
+pub fn offer(path: &str, content: Vec<u8>) {
+    memory::offer(path, content);
+}
+
+/// Forgets every file that was offered.
+#[wasm_bindgen]
+pub fn forget_all() {
+    memory::withdraw_all();
+}
+
+/// The rig in a TOML file, as JSON: `width`, `height`, `focal`, `principal`, `skew`, `distortion`, `pixelStd`,
+/// and `mount` and `mountStd` with six numbers each (m, rad).
+///
+/// # Errors
+/// A sentence with the file, the line and the key.
+#[wasm_bindgen]
+pub fn rig(path: &str) -> Answer<String> {
+    let Rig { finder, pixel_std, mount_std, .. } = Rig::read(Path::new(path)).map_err(sentence)?;
+    let (camera, lens) = (finder.camera(), finder.camera().distortion());
+    Ok(json!({
+        "width": camera.width(),
+        "height": camera.height(),
+        "focal": [camera.focal().x, camera.focal().y],
+        "principal": [camera.principal().x, camera.principal().y],
+        "skew": camera.skew(),
+        "distortion": [lens.k1, lens.k2, lens.p1, lens.p2, lens.k3],
+        "pixelStd": pixel_std,
+        "mount": finder.mount().parameters(),
+        "mountStd": mount_std,
+    })
+    .to_string())
+}
+
+/// The camera in a file of ROS, OpenCV or Kalibr, as JSON with the names of [`rig`] but for the mount's.
+///
+/// # Errors
+/// A sentence with the file and the entry.
+#[wasm_bindgen]
+pub fn camera(path: &str) -> Answer<String> {
+    let camera = read_camera_info(Path::new(path)).map_err(sentence)?;
+    Ok(json!({
+        "width": camera.width,
+        "height": camera.height,
+        "focal": camera.focal,
+        "principal": camera.principal,
+        "skew": camera.skew,
+        "distortion": camera.distortion,
+    })
+    .to_string())
+}
+
+/// The frames' times in seconds.
+///
+/// # Errors
+/// A sentence with the file and the line.
+#[wasm_bindgen]
+pub fn times(path: &str) -> Answer<Vec<f64>> {
+    read_times(Path::new(path)).map_err(sentence)
+}
+
+/// The true pose at each of the frames' times as x, y, heading, relative to the first one; not a number where
+/// the truth is silent.
+///
+/// # Errors
+/// A sentence with the file and the line.
+#[wasm_bindgen]
+pub fn truth(path: &str, times: &[f64]) -> Answer<Vec<f64>> {
+    const MAX_GAP: f64 = 2.0;
+    let poses = read_trajectory(Path::new(path)).map_err(sentence)?;
+    let truth = Truth::new(&poses, MAX_GAP);
+    let poses: Vec<_> = times.iter().map(|time| truth.at(*time)).collect();
+    let world_from_first = poses.iter().flatten().next().copied().unwrap_or_default();
+    let first_from_world = world_from_first.inverse();
+    let row = |pose: Option<Pose<f64>>| match pose.map(|pose| first_from_world.compose(&pose)) {
+        Some(Pose { x, y, heading }) => [x, y, heading],
+        None => [f64::NAN; 3],
+    };
+    Ok(poses.into_iter().flat_map(row).collect())
+}
+
+/// What the wheels say.
+#[wasm_bindgen]
+pub struct Wheels {
+    odometry: Odometry,
+}
+
+#[wasm_bindgen]
+impl Wheels {
+    /// The odometry in a CSV, `t,v,omega` or `t,dx,dy,dtheta`, over the frames' times.
+    ///
+    /// # Errors
+    /// A sentence with the file and the line, or what the odometry does not cover.
+    #[wasm_bindgen(constructor)]
+    pub fn read(path: &str, times: &[f64]) -> Answer<Wheels> {
+        let path = Path::new(path);
+        let odometry = Odometry::read(path).map_err(sentence)?;
+        odometry.check_cover(path, times).map_err(sentence)?;
+        Ok(Self { odometry })
+    }
+
+    /// The motions from one time to a later one, as rows: speed ahead, to the left (m/s), turn rate (rad/s),
+    /// duration (s).
+    pub fn between(&self, from: f64, to: f64) -> Vec<f64> {
+        let motions = self.odometry.between(from, to).into_iter();
+        motions
+            .flat_map(|motion| [motion.velocity.x, motion.velocity.y, motion.turn_rate, motion.duration])
+            .collect()
+    }
+}
+
+/// Whether `a` comes before (negative) or after (positive) `b` in the order of the command line's frames.
+#[wasm_bindgen]
+pub fn natural_order(a: &str, b: &str) -> i32 {
+    files::natural_order(a, b) as i32
+}
