@@ -12,6 +12,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let settings = SceneConfig::default();
     let scene = match scene.as_str() {
         "corridor" => Scene::corridor(&settings),
+        "office" => Scene::office(&settings),
+        "table2" => Scene::table2(&settings),
         other => return Err(format!("no scene {other}").into()),
     };
     let started = Instant::now();

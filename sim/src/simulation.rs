@@ -3,7 +3,7 @@ use crate::laser::{Beam, LaserConfig};
 use crate::odometry::OdometryNoise;
 use crate::path::{Drive, Path, Twist};
 use crate::render::{Lens, Looks, Sensor, View, render};
-use crate::scene::{Landmark, Scene};
+use crate::scene::{Landmark, Scene, Use};
 use crate::truth::{TrueCorner, corners};
 use crate::walker::{Walker, walk};
 use monorange_core::geometry::{Pose, RangeFinder};
@@ -126,21 +126,24 @@ impl Simulation {
     pub fn new(scene: Scene, rig: RangeFinder<f64>, config: SimConfig) -> Result<Self> {
         config.check()?;
         let noise = config.odometry.scaled(config.odometry_noise_scale);
-        let (drive, walkers) = if scene.stands.is_empty() {
-            let path = Path::rounded(&scene.way);
-            let drive = Drive::new(&path, config.frames, config.interval, config.speed, config.weave);
-            let seed = config.seed;
-            let walkers = walk(&path, &drive.arcs, config.interval, scene.walkway, config.walkers, seed);
-            (drive, walkers)
-        } else {
-            let poses = scene.stands.iter().copied().cycle().take(config.frames).collect();
-            let still = vec![Twist::default(); config.frames];
-            let drive = Drive { poses, twists: still, arcs: vec![0.0; config.frames] };
-            (drive, vec![Vec::new(); config.frames])
+        let (drive, walkers) = match &scene.purpose {
+            Use::Loop { way, walkway } => {
+                let path = Path::rounded(way);
+                let drive = Drive::new(&path, config.frames, config.interval, config.speed, config.weave);
+                let people = config.walkers;
+                let walkers = walk(&path, &drive.arcs, config.interval, *walkway, people, config.seed);
+                (drive, walkers)
+            }
+            Use::Stands(stands) => {
+                let poses = stands.iter().copied().cycle().take(config.frames).collect();
+                let still = vec![Twist::default(); config.frames];
+                let drive = Drive { poses, twists: still, arcs: vec![0.0; config.frames] };
+                (drive, vec![Vec::new(); config.frames])
+            }
         };
         let odometry = noise.measure(&drive.twists, config.seed);
         let lens = Lens::new(&rig);
-        let looks = Looks::new(&scene);
+        let looks = Looks::new(&scene, lens.pixel_angle());
         let sensor = Sensor::new(&rig, config.gain, config.vignette, config.blur_px, config.pixel_noise);
         Ok(Self { scene, rig, config, drive, odometry, walkers, lens, looks, sensor })
     }

@@ -45,22 +45,35 @@ impl Texture {
         exponent.clamp(0, self.log2_size as i32) as u32
     }
 
-    /// The factor at (`x`, `y`) metres, bilinear within a level.
+    /// The mean factor of `count` points `step` apart from `first` (metres), bilinear within a level.
     #[inline]
-    pub(crate) fn sample(&self, level: u32, x: f32, y: f32) -> f32 {
+    pub(crate) fn mean(&self, level: u32, first: [f32; 2], step: [f32; 2], count: u32) -> f32 {
+        let Some(texels) = self.levels.get(level as usize) else { return 1.0 };
         let bits = self.log2_size - level;
         let scale = self.texels_per_metre / (1_u32 << level) as f32;
-        let (x, y) = (x * scale - 0.5, y * scale - 0.5);
-        let (column, row) = (floor(x), floor(y));
-        let (fx, fy) = (x - column as f32, y - row as f32);
         let mask = (1_i32 << bits) - 1;
-        let at = |column: i32, row: i32| {
-            let index = (((row & mask) << bits) | (column & mask)) as usize;
-            f32::from(self.levels[level as usize][index])
-        };
-        let top = at(column, row) * (1.0 - fx) + at(column + 1, row) * fx;
-        let bottom = at(column, row + 1) * (1.0 - fx) + at(column + 1, row + 1) * fx;
-        (top * (1.0 - fy) + bottom * fy) * (1.0 / ONE)
+        let [mut x, mut y] = first.map(|metres| metres * scale - 0.5);
+        let [step_x, step_y] = step.map(|metres| metres * scale);
+        let mut sum = 0.0;
+        for _ in 0..count {
+            let (column, row) = (floor(x), floor(y));
+            let (fx, fy) = (x - column as f32, y - row as f32);
+            let (left, right) = (column & mask, column.wrapping_add(1) & mask);
+            let (top, bottom) = ((row & mask) << bits, (row.wrapping_add(1) & mask) << bits);
+            let at = |row: i32, column: i32| f32::from(texels[(row | column) as usize]);
+            let (a, b, c, d) = (at(top, left), at(top, right), at(bottom, left), at(bottom, right));
+            let (upper, lower) = (a + (b - a) * fx, c + (d - c) * fx);
+            sum += upper + (lower - upper) * fy;
+            x += step_x;
+            y += step_y;
+        }
+        sum / (ONE * count as f32)
+    }
+
+    /// The factor at one point.
+    #[inline]
+    pub(crate) fn sample(&self, level: u32, x: f32, y: f32) -> f32 {
+        self.mean(level, [x, y], [0.0; 2], 1)
     }
 }
 
@@ -68,7 +81,7 @@ impl Texture {
 #[inline]
 fn floor(x: f32) -> i32 {
     let truncated = x as i32;
-    truncated - i32::from((truncated as f32) > x)
+    truncated.wrapping_sub(i32::from((truncated as f32) > x))
 }
 
 /// Terrazzo tiles: chips of light and dark stone in a cloudy ground, tiles of slightly different tone, thin
@@ -130,14 +143,20 @@ fn clouds(factors: &mut [f32], size: usize, random: &mut Random, octaves: &[(usi
                 x * x * (3.0 - 2.0 * x)
             })
             .collect();
-        for (index, factor) in factors.iter_mut().enumerate() {
-            let (column, row) = (index % size, index / size);
-            let (i, j) = (column / step, row / step);
-            let (next_i, next_j) = ((i + 1) % cells, (j + 1) % cells);
-            let (bx, by) = (blend[column % step], blend[row % step]);
-            let top = values[j * cells + i] * (1.0 - bx) + values[j * cells + next_i] * bx;
-            let bottom = values[next_j * cells + i] * (1.0 - bx) + values[next_j * cells + next_i] * bx;
-            *factor += top * (1.0 - by) + bottom * by;
+        let mut across = vec![0.0; cells + 1];
+        for (row, factors) in factors.chunks_exact_mut(size).enumerate() {
+            let (above, below) = (row / step, (row / step + 1) % cells);
+            let down = blend[row % step];
+            for (cell, value) in across.iter_mut().enumerate() {
+                let column = cell % cells;
+                let (upper, lower) = (values[above * cells + column], values[below * cells + column]);
+                *value = upper + (lower - upper) * down;
+            }
+            for (factors, ends) in factors.chunks_exact_mut(step).zip(across.windows(2)) {
+                for (factor, right) in factors.iter_mut().zip(&blend) {
+                    *factor += ends[0] + (ends[1] - ends[0]) * right;
+                }
+            }
         }
     }
 }

@@ -1,4 +1,4 @@
-//! People as leaning cylinders: shoes, legs, body, head.
+//! People as leaning cylinders: two for each shoe, one for each leg, body, head.
 use crate::walker::{LEG_RADIUS, Walker};
 use nalgebra::{Vector2, Vector3};
 
@@ -14,8 +14,6 @@ pub(super) struct Part {
     pub(super) grey: f32,
     /// Different for neighbouring parts.
     pub(super) number: u32,
-    /// On the floor under it, for its shadow.
-    pub(super) foot: Vector2<f32>,
 }
 
 /// Height of the hips, m.
@@ -48,7 +46,6 @@ impl Part {
                 high: high as f32,
                 grey,
                 number,
-                foot: foot.cast(),
             };
             // The axis wanders from its place at `low` to that at `high`.
             let (first, last) = (foot + lean * low, foot + lean * high);
@@ -58,7 +55,9 @@ impl Part {
         for (foot, left) in walker.feet().into_iter().zip([1.0, -1.0]) {
             let foot = seen(foot);
             let hip = middle + side * (left * 0.085);
-            add(foot + ahead * 0.045, foot + ahead * 0.045, LEG_RADIUS * 0.92, 0.0, 0.075, 26.0);
+            let (heel, toe) = (foot + ahead * 0.01, foot + ahead * 0.12);
+            add(heel, heel, LEG_RADIUS * 0.95, 0.0, 0.085, 26.0);
+            add(toe, toe, LEG_RADIUS * 0.72, 0.0, 0.06, 30.0);
             add(foot, hip, LEG_RADIUS, 0.0, HIP, TROUSERS[person % TROUSERS.len()]);
         }
         add(middle, middle, 0.19, HIP - 0.08, 1.46, COATS[person % COATS.len()]);

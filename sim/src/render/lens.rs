@@ -16,6 +16,51 @@ pub(crate) struct Ray {
     by_v: Vector3<f32>,
     /// Which bin its direction in the plan falls into.
     pub(super) bin: u16,
+    /// The strip of floor that it sees where nothing stands in the way.
+    pub(super) strip: Strip,
+}
+
+/// A pixel's patch of floor, in the robot's axes at the lens: the mount is fixed, so it never changes.
+#[derive(Clone, Copy)]
+pub(super) struct Strip {
+    /// Where the ray meets the floor.
+    pub(super) place: Vector2<f32>,
+    /// How far that is along the floor; infinite above the horizon.
+    pub(super) distance: f32,
+    /// From one probe of the texture to the next.
+    pub(super) step: Vector2<f32>,
+    /// Number of probes.
+    pub(super) probes: u32,
+    /// Width that a probe stands for, m.
+    pub(super) width: f32,
+}
+
+/// Most probes of the floor's texture a pixel.
+const MAX_PROBES: f64 = 3.0;
+
+impl Strip {
+    fn new(direction: Vector3<f64>, height: f64, pixel_angle: f64) -> Self {
+        let zero = Vector2::zeros();
+        if direction.z >= 0.0 {
+            return Self { place: zero, distance: f32::INFINITY, step: zero, probes: 1, width: 1.0 };
+        }
+        // The strip is distance/height times as long, away from the lens, as it is wide.
+        let depth = height / -direction.z;
+        let place = direction.xy() * depth;
+        let distance = libm::sqrt(place.norm_squared());
+        let width = depth * pixel_angle;
+        let stretch = libm::sqrt(1.0 + distance * distance / (height * height));
+        let probes = (stretch + 0.5).min(MAX_PROBES) as u32;
+        let spacing = width * stretch / f64::from(probes);
+        let step = place * (spacing / distance.max(1e-6));
+        Self {
+            place: place.cast(),
+            distance: distance as f32,
+            step: step.cast(),
+            probes,
+            width: width.max(spacing) as f32,
+        }
+    }
 }
 
 impl Ray {
@@ -34,6 +79,8 @@ pub(crate) struct Lens {
     pixel_angle: f32,
     /// Bins that any pixel uses.
     pub(super) used: Vec<bool>,
+    /// Unit vectors to both sides of each bin, the margin included.
+    pub(super) sides: Vec<[Vector2<f64>; 2]>,
     /// By how much a pixel's own rays can leave its bin, rad.
     pub(super) margin: f64,
 }
@@ -52,7 +99,8 @@ impl Lens {
                 let ray = camera.ray_from_pixel(pixel).and_then(|ray| Some((ray, camera.ray_by_pixel(ray)?)));
                 let Some((ray, by_pixel)) = ray else {
                     let zero = Vector3::zeros();
-                    rays.push(Ray { direction: zero, by_u: zero, by_v: zero, bin: NO_RAY });
+                    let strip = Strip::new(Vector3::zeros(), 1.0, 1.0);
+                    rays.push(Ray { direction: zero, by_u: zero, by_v: zero, bin: NO_RAY, strip });
                     continue;
                 };
                 let direction = turn * ray.push(1.0);
@@ -70,11 +118,16 @@ impl Lens {
                     by_u: by_u.cast(),
                     by_v: by_v.cast(),
                     bin: bin as u16,
+                    strip: Strip::new(direction, rig.mount().height(), 1.0 / camera.focal().x),
                 });
             }
         }
         let pixel_angle = (1.0 / camera.focal().x) as f32;
-        Self { rays, width, pixel_angle, used, margin: margin.min(core::f64::consts::PI) }
+        let margin = margin.min(core::f64::consts::PI);
+        let unit = |azimuth: f64| Vector2::new(libm::cos(azimuth), libm::sin(azimuth));
+        let side = |bin| [unit(azimuth_of(bin) - margin), unit(azimuth_of(bin + 1) + margin)];
+        let sides = (0..BINS).map(side).collect();
+        Self { rays, width, pixel_angle, used, sides, margin }
     }
 
     pub(super) fn rays(&self) -> &[Ray] {
@@ -86,7 +139,7 @@ impl Lens {
     }
 
     /// One pixel's share of the ray plane: metres at depth 1 m.
-    pub(super) fn pixel_angle(&self) -> f32 {
+    pub(crate) fn pixel_angle(&self) -> f32 {
         self.pixel_angle
     }
 }

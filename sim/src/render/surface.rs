@@ -1,21 +1,22 @@
 //! Paint, light and texture of what a ray meets.
-use super::view::{Hit, Thing, View};
+use super::lens::{Ray, Strip};
+use super::view::{Candidates, Hit, Thing, View};
 use crate::scene::{Decal, Print, Scene, Wall};
 use crate::texture::{Texture, plaster, terrazzo};
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector3;
 
 /// A scene's surfaces, ready to be looked up.
 pub(crate) struct Looks {
     floor: Texture,
     wall: Texture,
-    paints: Vec<WallLooks>,
+    walls: Vec<WallLooks>,
     scene: Scene,
     shading: f32,
+    /// Width of a pixel at depth 1.
+    pixel_angle: f32,
 }
 
 struct WallLooks {
-    from: Vector2<f32>,
-    along: Vector2<f32>,
     length: f32,
     shade: f32,
     grey: f32,
@@ -34,19 +35,21 @@ const WALLS: u32 = 0x100_0000;
 /// Surfaces of one wall: plain, skirting, and the cells of its decals.
 const WALL_SURFACES: u32 = 0x1_0000;
 
+/// Whether two surfaces lie on the same wall, so that only print or skirting differs.
+pub(super) fn same_wall(one: u32, other: u32) -> bool {
+    one >= WALLS && other >= WALLS && one / WALL_SURFACES == other / WALL_SURFACES
+}
+
+const CEILING_GREY: f32 = 215.0;
+
 /// Cells of a poster in a row.
 const POSTER_COLUMNS: u32 = 6;
 const POSTER_ROWS: u32 = 9;
 
-/// Most probes of the floor texture along one ray's footprint.
-const MAX_PROBES: f32 = 6.0;
-
 impl Looks {
-    pub(crate) fn new(scene: &Scene) -> Self {
+    pub(crate) fn new(scene: &Scene, pixel_angle: f32) -> Self {
         let contrast = scene.config.texture as f32;
         let looks = |(index, wall): (usize, &Wall)| WallLooks {
-            from: wall.from.cast(),
-            along: (wall.to - wall.from).cast(),
             length: wall.length() as f32,
             shade: wall.orientation_shade() as f32,
             grey: wall.paint.grey,
@@ -57,108 +60,104 @@ impl Looks {
         Self {
             floor: terrazzo(scene.config.seed, contrast),
             wall: plaster(scene.config.seed, contrast),
-            paints: scene.walls.iter().enumerate().map(looks).collect(),
+            walls: scene.walls.iter().enumerate().map(looks).collect(),
             scene: scene.clone(),
             shading: scene.config.shading as f32,
+            pixel_angle,
         }
     }
 
-    /// Grey level, and the number of the surface.
+    /// What a ray met: the number of the surface, and its paint.
+    #[inline]
+    pub(super) fn surface(&self, view: &View, direction: &Vector3<f32>, hit: &Hit) -> (u32, f32) {
+        match hit.thing {
+            Thing::Floor => (FLOOR, self.scene.floor_grey),
+            Thing::Ceiling => (CEILING, CEILING_GREY),
+            Thing::Wall(wall, fraction) => {
+                let looks = &self.walls[usize::from(wall)];
+                let height = view.height + hit.depth * direction.z;
+                let skirting = self.scene.config.skirting as f32;
+                let (part, grey) = looks.paint(fraction * looks.length, height, skirting);
+                (WALLS + u32::from(wall) * WALL_SURFACES + part, grey)
+            }
+            Thing::Lid(lid) => (LIDS + u32::from(lid), self.scene.lids[usize::from(lid)].grey),
+            Thing::Part(part) => {
+                let part = &view.parts[usize::from(part)];
+                (PARTS + part.number, part.grey)
+            }
+        }
+    }
+
+    /// Grey level of a surface painted `paint`, under the light that falls there.
     #[inline]
     pub(super) fn shade(
         &self,
         view: &View,
+        candidates: Candidates<'_>,
         direction: &Vector3<f32>,
         hit: &Hit,
-        pixel_angle: f32,
-    ) -> (f32, u32) {
+        paint: f32,
+        ray: &Ray,
+    ) -> f32 {
         let plan = direction.xy() * hit.depth;
-        let footprint = hit.depth * pixel_angle;
-        match hit.thing {
-            Thing::Floor => (self.floor(view, direction, plan, footprint), FLOOR),
-            Thing::Ceiling => {
-                let place = view.in_world(plan);
-                (150.0 + 70.0 * self.scene.light.at(place.x, place.y)[1], CEILING)
+        let footprint = hit.depth * self.pixel_angle;
+        let height = view.height + hit.depth * direction.z;
+        let place = view.in_world(plan);
+        let factor = match hit.thing {
+            Thing::Floor => {
+                // Beside an edge: the pixel's own strip, moved to where this ray meets the floor.
+                let strip = Strip { place: plan, ..ray.strip };
+                return self.floor(view, candidates, &strip).0;
             }
             Thing::Wall(wall, fraction) => {
-                let height = view.height + hit.depth * direction.z;
-                self.wall(usize::from(wall), fraction, height, footprint)
-            }
-            Thing::Lid(lid) => {
-                let place = view.in_world(plan);
-                let grey = self.scene.lids[usize::from(lid)].grey;
-                (grey * self.scene.light.at(place.x, place.y)[1], LIDS + u32::from(lid))
+                let looks = &self.walls[usize::from(wall)];
+                let grain = self.wall.level(footprint);
+                let along = fraction * looks.length;
+                let texture = self.wall.sample(grain, along + looks.shift, height);
+                texture
+                    * looks.shade(along, height, self.shading)
+                    * self.scene.light.on_wall(place.x, place.y)
             }
             Thing::Part(part) => {
-                let part = &view.parts[usize::from(part)];
-                let (facing, round) = part.relief(direction, hit.depth);
-                let place = view.in_world(plan);
-                let height = view.height + hit.depth * direction.z;
-                let light = self.scene.light.at(place.x, place.y)[1];
+                let (facing, round) = view.parts[usize::from(part)].relief(direction, hit.depth);
                 let cloth = self.wall.sample(self.wall.level(footprint), round * 3.0, height * 3.0);
-                (part.grey * (0.55 + 0.5 * facing.max(0.0)) * light * cloth, PARTS + part.number)
+                (0.55 + 0.5 * facing.max(0.0)) * cloth * self.scene.light.on_wall(place.x, place.y)
             }
-        }
+            Thing::Ceiling | Thing::Lid(_) => self.scene.light.on_wall(place.x, place.y),
+        };
+        paint * factor
     }
 
+    /// Grey level of a strip of floor, and the number of the floor's surface.
     #[inline]
-    fn floor(&self, view: &View, direction: &Vector3<f32>, plan: Vector2<f32>, footprint: f32) -> f32 {
-        // A pixel sees a strip of floor, long away from the lens: depth/|D_z| times its width.
-        let place = view.in_world(plan);
-        let away = view.turned(plan);
-        let distance2 = plan.norm_squared();
-        let stretch = libm::sqrtf(distance2 + view.height * view.height) / view.height;
-        let length = footprint * stretch;
-        let probes = (stretch + 0.5).min(MAX_PROBES) as u32;
-        let probes = probes.max(1);
-        let level = self.floor.level(footprint.max(length / probes as f32));
-        let step = away * (length / probes as f32 / libm::sqrtf(distance2.max(1e-6)));
-        let mut point = place - step * (0.5 * (probes - 1) as f32);
-        let mut texture = 0.0;
-        for _ in 0..probes {
-            texture += self.floor.sample(level, point.x, point.y);
-            point += step;
-        }
-        texture /= probes as f32;
-        let mut light = self.scene.light.at(place.x, place.y)[0];
-        for part in view.parts.iter().filter(|part| part.number % 2 == 1) {
-            let offset2 = (plan - part.foot).norm_squared();
-            if offset2 < 0.16 {
-                // A soft shadow under each foot.
-                let fade = 1.0 - offset2 / 0.16;
-                light *= 1.0 - 0.4 * self.shading * fade * fade;
-            }
-        }
-        let _ = direction;
-        self.scene.floor_grey * texture * light
-    }
-
-    #[inline]
-    fn wall(&self, index: usize, fraction: f32, height: f32, footprint: f32) -> (f32, u32) {
-        let looks = &self.paints[index];
-        let along = fraction * looks.length;
-        let surface = WALLS + index as u32 * WALL_SURFACES;
-        let (grey, part) = looks.paint(along, height, self.scene.config.skirting as f32);
-        let place = looks.from + looks.along * fraction;
-        let light = self.scene.light.at(place.x, place.y)[1];
-        let grain = self.wall.sample(self.wall.level(footprint), along + looks.shift, height);
-        // Brighter towards the lamps, darker at the foot and in the corners.
-        let foot = (1.0 - height / 0.22).max(0.0);
-        let corner = (1.0 - along.min(looks.length - along) / 0.3).max(0.0);
-        let soft = 0.05 * (height - 0.6).min(1.0) - 0.10 * foot * foot - 0.05 * corner * corner;
-        let shade = looks.shade * light * (1.0 + self.shading * soft);
-        (grey * shade * grain, surface + part)
+    pub(super) fn floor(&self, view: &View, candidates: Candidates<'_>, strip: &Strip) -> (f32, u32) {
+        let (place, step) = (view.in_world(strip.place), view.turned(strip.step));
+        let first = place - step * (0.5 * (strip.probes - 1) as f32);
+        let level = self.floor.level(strip.width);
+        let texture = self.floor.mean(level, first.into(), step.into(), strip.probes);
+        let light = self.scene.light.on_floor(place.x, place.y);
+        let shadow = view.shadow(candidates, strip.place) * self.shading;
+        (self.scene.floor_grey * texture * light * (1.0 - shadow), FLOOR)
     }
 }
 
 impl WallLooks {
-    /// Grey level and part of the wall at a place.
+    /// Brighter towards the lamps, darker at the foot and in the corners.
     #[inline]
-    fn paint(&self, along: f32, height: f32, skirting_height: f32) -> (f32, u32) {
+    fn shade(&self, along: f32, height: f32, shading: f32) -> f32 {
+        let foot = (1.0 - height / 0.22).max(0.0);
+        let corner = (1.0 - along.min(self.length - along) / 0.3).max(0.0);
+        let soft = 0.05 * (height - 0.6).min(1.0) - 0.10 * foot * foot - 0.05 * corner * corner;
+        self.shade * (1.0 + shading * soft)
+    }
+
+    /// Part of the wall at a place, and its paint.
+    #[inline]
+    fn paint(&self, along: f32, height: f32, skirting_height: f32) -> (u32, f32) {
         if let Some(skirting) = self.skirting
             && height < skirting_height
         {
-            return (skirting, 1);
+            return (1, skirting);
         }
         for (number, decal) in self.decals.iter().enumerate() {
             let inside = along >= decal.along[0]
@@ -167,10 +166,10 @@ impl WallLooks {
                 && height < decal.height[1];
             if inside {
                 let (grey, cell) = decal.grey(along, height);
-                return (grey, 2 + number as u32 * 256 + cell);
+                return (2 + number as u32 * 256 + cell, grey);
             }
         }
-        (self.grey, 0)
+        (0, self.grey)
     }
 }
 

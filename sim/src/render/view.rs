@@ -22,6 +22,9 @@ struct Lid {
     height: f32,
 }
 
+/// Beyond this distance from a foot there is no shadow, m.
+const SHADOW_REACH: f32 = 0.4;
+
 /// Scene and walkers from one robot pose.
 pub(crate) struct View {
     /// Lens above the floor, m.
@@ -34,9 +37,12 @@ pub(crate) struct View {
     faces: Vec<Face>,
     lids: Vec<Lid>,
     pub(super) parts: Vec<Part>,
+    feet: Vec<Vector2<f32>>,
     /// For each bin, where its candidates begin in `items`.
     first: Vec<u32>,
     items: Vec<Item>,
+    /// For each bin, how near the nearest of its things is.
+    nearest: Vec<f32>,
 }
 
 #[derive(Clone, Copy)]
@@ -44,11 +50,17 @@ enum Item {
     Face(u16),
     Lid(u16),
     Part(u16),
+    /// The soft shadow round a foot.
+    Shadow(u16),
 }
 
 /// The things that the rays of one bin can meet, besides floor and ceiling.
 #[derive(Clone, Copy)]
-pub(super) struct Candidates<'a>(&'a [Item]);
+pub(super) struct Candidates<'a> {
+    items: &'a [Item],
+    /// Nothing is nearer than this, m along the floor.
+    pub(super) nearest: f32,
+}
 
 /// The first thing on a ray.
 #[derive(Clone, Copy)]
@@ -100,14 +112,18 @@ impl View {
             sorter.add_disc(Item::Lid(lids.len() as u16), corners[0], radius);
             lids.push(Lid { corners: corners.map(|corner| corner.cast()), height: lid.height as f32 });
         }
-        let mut parts = Vec::new();
+        let (mut parts, mut feet) = (Vec::new(), Vec::new());
         for (person, walker) in walkers.iter().enumerate() {
             for (part, reach) in Part::of(walker, person, seen, pose.heading, height) {
                 sorter.add_disc(Item::Part(parts.len() as u16), reach.0, reach.1);
                 parts.push(part);
             }
+            for foot in walker.feet().map(seen) {
+                sorter.add_disc(Item::Shadow(feet.len() as u16), foot, f64::from(SHADOW_REACH));
+                feet.push(foot.cast());
+            }
         }
-        let (first, items) = sorter.sorted();
+        let (first, items, nearest) = sorter.sorted();
         Self {
             height: height as f32,
             ceiling: scene.ceiling as f32,
@@ -117,8 +133,10 @@ impl View {
             faces,
             lids,
             parts,
+            feet,
             first,
             items,
+            nearest,
         }
     }
 
@@ -127,7 +145,8 @@ impl View {
     pub(super) fn candidates(&self, bin: u16) -> Option<Candidates<'_>> {
         let bin = usize::from(bin);
         let (first, last) = (*self.first.get(bin)?, *self.first.get(bin + 1)?);
-        self.items.get(first as usize..last as usize).map(Candidates)
+        let items = self.items.get(first as usize..last as usize)?;
+        Some(Candidates { items, nearest: self.nearest[bin] })
     }
 
     /// The first thing on the ray.
@@ -139,7 +158,7 @@ impl View {
             Hit { depth: (self.ceiling - self.height) / direction.z.max(1e-9), thing: Thing::Ceiling }
         };
         let plan = direction.xy();
-        for item in candidates.0 {
+        for item in candidates.items {
             match *item {
                 Item::Face(index) => {
                     let face = &self.faces[usize::from(index)];
@@ -176,9 +195,24 @@ impl View {
                         hit = Hit { depth, thing: Thing::Part(index) };
                     }
                 }
+                Item::Shadow(_) => {}
             }
         }
         hit
+    }
+
+    /// Share of the light that people keep from a point of the floor.
+    #[inline]
+    pub(super) fn shadow(&self, candidates: Candidates<'_>, plan: Vector2<f32>) -> f32 {
+        let mut light = 1.0;
+        for item in candidates.items {
+            if let Item::Shadow(index) = *item {
+                let distance2 = (plan - self.feet[usize::from(index)]).norm_squared();
+                let fade = (1.0 - distance2 / (SHADOW_REACH * SHADOW_REACH)).max(0.0);
+                light *= 1.0 - 0.4 * fade * fade;
+            }
+        }
+        1.0 - light
     }
 
     /// A point of the robot's axes at the lens, in the world.
@@ -209,14 +243,22 @@ impl Sorter<'_> {
         let along = to - from;
         let fraction = (-from.dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
         let near = libm::sqrt((from + along * fraction).norm_squared());
-        let far = libm::sqrt(from.norm_squared().max(to.norm_squared()));
         let start = libm::atan2(from.y, from.x);
         let end = start + libm::atan2(from.perp(&to), from.dot(&to));
         let margin = self.lens.margin;
         self.each_bin(start - margin, end + margin, |sorter, bin, low, high| {
-            sorter.entries.push((bin as u16, near, item));
-            if hides && low - margin >= start && high + margin <= end {
-                sorter.limits[bin] = sorter.limits[bin].min(far);
+            let fills = low - margin >= start && high + margin <= end;
+            if !fills {
+                sorter.entries.push((bin as u16, near, item));
+                return;
+            }
+            // The wall's distance at both sides of the bin; in between it can only be a little less.
+            let distances =
+                sorter.lens.sides[bin].map(|side| from.perp(&to) / (from.perp(&side) + side.perp(&to)));
+            let (less, more) = (distances[0].min(distances[1]), distances[0].max(distances[1]));
+            sorter.entries.push((bin as u16, near.max(less * 0.98), item));
+            if hides {
+                sorter.limits[bin] = sorter.limits[bin].min(more * 1.0001);
             }
         });
     }
@@ -249,24 +291,23 @@ impl Sorter<'_> {
         }
     }
 
-    /// For each bin the start of its things, and the things.
-    fn sorted(self) -> (Vec<u32>, Vec<Item>) {
+    /// For each bin the start of its things, the things, and the distance of the nearest.
+    fn sorted(mut self) -> (Vec<u32>, Vec<Item>, Vec<f32>) {
         let limits = self.limits;
-        let mut seen: Vec<(u16, Item)> = Vec::with_capacity(self.entries.len());
-        seen.extend(
-            self.entries
-                .into_iter()
-                .filter(|(bin, near, _)| *near <= limits[usize::from(*bin)])
-                .map(|(bin, _, item)| (bin, item)),
-        );
+        self.entries.retain(|(bin, near, _)| *near <= limits[usize::from(*bin)]);
         let mut first = vec![0_u32; BINS + 1];
-        for (bin, _) in &seen {
-            first[usize::from(*bin) + 1] += 1;
+        let mut nearest = vec![f32::INFINITY; BINS];
+        for (bin, near, item) in &self.entries {
+            let bin = usize::from(*bin);
+            first[bin + 1] += 1;
+            if !matches!(item, Item::Shadow(_)) {
+                nearest[bin] = nearest[bin].min(*near as f32 * 0.999);
+            }
         }
         for bin in 0..BINS {
             first[bin + 1] += first[bin];
         }
-        seen.sort_by_key(|(bin, _)| *bin);
-        (first, seen.into_iter().map(|(_, item)| item).collect())
+        self.entries.sort_by_key(|(bin, _, _)| *bin);
+        (first, self.entries.into_iter().map(|(_, _, item)| item).collect(), nearest)
     }
 }

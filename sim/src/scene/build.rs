@@ -1,6 +1,12 @@
 //! Walls drawn like a turtle draws: forward, turn, forward.
-use super::{Decal, Landmark, Paint, Scene, SceneConfig, Wall};
+use super::{Decal, Landmark, Lid, Paint, Print, SceneConfig, Wall};
+use crate::random::Random;
 use nalgebra::Vector2;
+
+pub(super) const FLOOR_GREY: f32 = 126.0;
+pub(super) const WALL_GREY: f32 = 202.0;
+/// Grey levels of door leaves; none is near the floor's.
+const LEAVES: [f32; 5] = [58.0, 72.0, 86.0, 166.0, 180.0];
 
 /// A closed outline under construction; the free side is on its left.
 pub(super) struct Outline {
@@ -15,6 +21,7 @@ pub(super) struct Outline {
 pub(super) struct Plan {
     pub(super) walls: Vec<Wall>,
     pub(super) landmarks: Vec<Landmark>,
+    pub(super) lids: Vec<Lid>,
 }
 
 /// Least difference in grey levels on both sides of an edge that counts as visible.
@@ -78,8 +85,85 @@ impl Outline {
         index
     }
 
+    /// A straight side of `length` in several plain parts, doors, niches and pillars, plain for `margin` at both
+    /// ends.
+    pub(super) fn furnished(
+        &mut self,
+        plan: &mut Plan,
+        length: f64,
+        margin: f64,
+        config: &SceneConfig,
+        random: &mut Random,
+    ) {
+        let wall = Paint::skirted(config, WALL_GREY);
+        let mut done = 0.0;
+        let mut gap = margin + random.within(0.3, 1.2);
+        loop {
+            let kind = random.unit();
+            let [least, most] = match kind {
+                ..0.55 => [0.85, 1.0],
+                ..0.75 => [0.7, 1.4],
+                _ => [0.35, 0.6],
+            };
+            let width = random.within(least, most);
+            if done + gap + width + margin > length {
+                break;
+            }
+            self.plain(plan, gap, wall, config, random);
+            match kind {
+                ..0.55 => self.door(plan, width, config, random),
+                ..0.75 => {
+                    let (depth, back) = (random.within(0.22, 0.38), [142.0, 158.0][random.index(2)]);
+                    let paints = [176.0, back].map(|grey| Paint::skirted(config, grey));
+                    self.step(plan, depth, width, paints[0], paints[1]);
+                }
+                _ => {
+                    let pillar = Paint::skirted(config, 166.0);
+                    self.step(plan, -random.within(0.14, 0.2), width, pillar, pillar);
+                }
+            }
+            done += gap + width;
+            gap = random.within(0.9, 2.2);
+        }
+        self.plain(plan, length - done, wall, config, random);
+    }
+
+    /// A door leaf set back in a frame.
+    fn door(&mut self, plan: &mut Plan, width: f64, config: &SceneConfig, random: &mut Random) {
+        let leaf = Paint { grey: LEAVES[random.index(LEAVES.len())], skirting: None };
+        let frame = Paint { grey: if leaf.grey > 120.0 { 76.0 } else { 224.0 }, skirting: None };
+        let face = self.step(plan, random.within(0.11, 0.16), width, frame, leaf);
+        if config.posters {
+            let handle = if random.chance(0.5) { [0.06, 0.18] } else { [width - 0.18, width - 0.06] };
+            plan.decal(face, handle, [1.0, 1.04], Print::Plain(205.0));
+            if random.chance(0.35) {
+                let grille = [width * 0.2, width * 0.8];
+                plan.decal(face, grille, [0.22, 0.4], Print::Plain(leaf.grey * 0.7));
+            }
+        }
+    }
+
+    /// A stretch of wall, perhaps with posters, which keep clear of the floor and of the stretch's ends.
+    pub(super) fn plain(
+        &mut self,
+        plan: &mut Plan,
+        length: f64,
+        paint: Paint,
+        config: &SceneConfig,
+        random: &mut Random,
+    ) {
+        let wall = self.forward(plan, length, paint);
+        let mut from = random.within(0.25, 0.8);
+        while config.posters && from + 0.8 < length {
+            let (width, bottom) = (random.within(0.35, 0.6), random.within(0.28, 0.6));
+            let height = width * random.within(1.2, 1.5);
+            plan.decal(wall, [from, from + width], [bottom, bottom + height], Print::Poster(random.word()));
+            from += width + random.within(0.5, 1.8);
+        }
+    }
+
     /// Ends where it began: snaps the last end onto the first, and makes every visible vertex a landmark.
-    pub(super) fn close(self, plan: &mut Plan, floor_grey: f32) {
+    pub(super) fn close(self, plan: &mut Plan) {
         let first = plan.walls[self.start].from;
         if let Some(last) = plan.walls.last_mut() {
             last.to = first;
@@ -88,7 +172,7 @@ impl Outline {
         for index in range.clone() {
             let before = if index == range.start { range.end - 1 } else { index - 1 };
             let (one, other) = (&plan.walls[before], &plan.walls[index]);
-            if visible_edge(one, other, floor_grey) {
+            if visible_edge(one, other) {
                 let (id, position) = (plan.landmarks.len() as u32, other.from);
                 plan.landmarks.push(Landmark { id, position, walls: [before, index] });
             }
@@ -97,16 +181,41 @@ impl Outline {
 }
 
 /// Whether the two walls differ enough from each other, and both from the floor.
-fn visible_edge(one: &Wall, other: &Wall, floor_grey: f32) -> bool {
+fn visible_edge(one: &Wall, other: &Wall) -> bool {
     let level = |wall: &Wall, grey: f32| f64::from(grey) * wall.orientation_shade();
     let foot = |wall: &Wall| level(wall, wall.paint.skirting.unwrap_or(wall.paint.grey));
     let between = (level(one, one.paint.grey) - level(other, other.paint.grey)).abs();
-    let floor = f64::from(floor_grey);
+    let floor = f64::from(FLOOR_GREY);
     between >= CONTRAST && [one, other].iter().all(|wall| (foot(wall) - floor).abs() >= CONTRAST)
 }
 
 impl Plan {
-    pub(super) fn decal(&mut self, wall: usize, along: [f64; 2], height: [f64; 2], print: super::Print) {
+    /// A block of furniture: `corner` and the direction of its first side, its sides (the second to the right of
+    /// the first), its height, and the paints of its sides in turn.
+    pub(super) fn block(
+        &mut self,
+        corner: Vector2<f64>,
+        direction: Vector2<f64>,
+        sides: [f64; 2],
+        height: f64,
+        greys: [f32; 2],
+    ) {
+        let start = self.walls.len();
+        let mut outline = Outline { start, position: corner, heading: direction, top: height };
+        for side in [0, 1, 0, 1] {
+            outline.forward(self, sides[side], Paint { grey: greys[side], skirting: None });
+            outline.right();
+        }
+        outline.close(self);
+        let mut corners = [corner; 4];
+        // The outline runs with the clock, a lid against it.
+        for (lid, wall) in corners.iter_mut().zip(self.walls[start..].iter().rev()) {
+            *lid = wall.from;
+        }
+        self.lids.push(Lid { corners, height, grey: 0.5 * (greys[0] + greys[1]) });
+    }
+
+    pub(super) fn decal(&mut self, wall: usize, along: [f64; 2], height: [f64; 2], print: Print) {
         let decal = Decal { along: along.map(|x| x as f32), height: height.map(|z| z as f32), print };
         self.walls[wall].decals.push(decal);
     }
@@ -117,7 +226,7 @@ pub(super) fn lamps_along(
     way: &[Vector2<f64>],
     spacing: f64,
     spread: f64,
-    random: &mut crate::random::Random,
+    random: &mut Random,
 ) -> Vec<(Vector2<f64>, f64)> {
     let mut lamps = Vec::new();
     for (from, to) in way.iter().zip(way.iter().cycle().skip(1)) {
@@ -131,8 +240,9 @@ pub(super) fn lamps_along(
     lamps
 }
 
-impl Scene {
-    pub(super) fn paint(config: &SceneConfig, grey: f32) -> Paint {
-        Paint { grey, skirting: (config.skirting > 0.0).then_some(48.0) }
+impl Paint {
+    /// A wall's paint over a dark skirting board, where the settings have one.
+    pub(super) fn skirted(config: &SceneConfig, grey: f32) -> Self {
+        Self { grey, skirting: (config.skirting > 0.0).then_some(48.0) }
     }
 }

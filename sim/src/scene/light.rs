@@ -80,7 +80,8 @@ impl LightMap {
                         strength * falloff * falloff
                     })
                     .sum();
-                let bright = 0.62 + 0.36 * lamp_light;
+                // Compressed, as an exposure is chosen: white walls under two lamps are not burnt out.
+                let bright = 0.6 + 0.52 * lamp_light / (1.0 + 0.45 * lamp_light);
                 let index = row * columns + column;
                 let shade = 1.0 - 0.26 * libm::exp(-distance[index] / 0.13);
                 let even = |value: f64| (1.0 + (value - 1.0) * config.shading) as f32;
@@ -90,22 +91,36 @@ impl LightMap {
         Self { origin: [low.x as f32, low.y as f32], columns, rows, cells }
     }
 
-    /// (on the floor, on what stands there) at a place of the plan.
+    /// On the floor at a place of the plan.
     #[inline]
-    pub(crate) fn at(&self, x: f32, y: f32) -> [f32; 2] {
+    pub(crate) fn on_floor(&self, x: f32, y: f32) -> f32 {
+        self.at::<0>(x, y)
+    }
+
+    /// On what stands at a place of the plan.
+    #[inline]
+    pub(crate) fn on_wall(&self, x: f32, y: f32) -> f32 {
+        self.at::<1>(x, y)
+    }
+
+    #[inline]
+    fn at<const KIND: usize>(&self, x: f32, y: f32) -> f32 {
         let inverse = 1.0 / CELL as f32;
         let limit = |value: f32, size: usize| value.clamp(0.0, size as f32 - 1.01);
         let x = limit((x - self.origin[0]) * inverse - 0.5, self.columns);
         let y = limit((y - self.origin[1]) * inverse - 0.5, self.rows);
-        let (column, row) = (x as usize, y as usize);
+        let (column, row) = (x as u32, y as u32);
         let (fx, fy) = (x - column as f32, y - row as f32);
-        let top = &self.cells[row * self.columns + column..][..2];
-        let bottom = &self.cells[(row + 1) * self.columns + column..][..2];
-        [0, 1].map(|k| {
-            let upper = top[0][k] * (1.0 - fx) + top[1][k] * fx;
-            let lower = bottom[0][k] * (1.0 - fx) + bottom[1][k] * fx;
-            upper * (1.0 - fy) + lower * fy
-        })
+        let index = row as usize * self.columns + column as usize;
+        let (Some([a, b]), Some([c, d])) = (
+            self.cells.get(index..).and_then(|cells| cells.first_chunk::<2>()),
+            self.cells.get(index + self.columns..).and_then(|cells| cells.first_chunk::<2>()),
+        ) else {
+            return 1.0;
+        };
+        let upper = a[KIND] + (b[KIND] - a[KIND]) * fx;
+        let lower = c[KIND] + (d[KIND] - c[KIND]) * fx;
+        upper + (lower - upper) * fy
     }
 }
 

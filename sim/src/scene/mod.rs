@@ -2,10 +2,15 @@
 mod build;
 mod corridor;
 mod light;
+mod office;
+mod table2;
 
+use crate::random::Random;
+use monorange_core::geometry::Pose;
 use nalgebra::Vector2;
 
 pub(crate) use light::LightMap;
+pub use table2::TABLE2_POINTS;
 
 /// A vertical face that stands on the floor; the free side is on the left of `from → to`.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,16 +78,20 @@ pub struct Scene {
     pub(crate) walls: Vec<Wall>,
     pub(crate) landmarks: Vec<Landmark>,
     pub(crate) lids: Vec<Lid>,
-    /// Corners of the closed way that the robot follows.
-    pub(crate) way: Vec<Vector2<f64>>,
-    /// Where the robot stands in each frame instead of driving.
-    pub(crate) stands: Vec<monorange_core::geometry::Pose<f64>>,
-    /// How far from the way walkers may go to either side, m.
-    pub(crate) walkway: f64,
+    pub(crate) purpose: Use,
     pub(crate) ceiling: f64,
     pub(crate) floor_grey: f32,
     pub(crate) light: LightMap,
     pub(crate) config: SceneConfig,
+}
+
+/// What the robot does in a scene.
+#[derive(Clone, Debug)]
+pub(crate) enum Use {
+    /// It drives round the closed polygon; people keep within `walkway` metres of it.
+    Loop { way: Vec<Vector2<f64>>, walkway: f64 },
+    /// It stands here, a frame each, again and again.
+    Stands(Vec<Pose<f64>>),
 }
 
 /// Size and looks of a scene.
@@ -107,6 +116,21 @@ impl Default for SceneConfig {
 }
 
 impl Scene {
+    fn built(
+        name: &'static str,
+        plan: build::Plan,
+        purpose: Use,
+        ceiling: f64,
+        lamps: &[(Vector2<f64>, f64)],
+        config: &SceneConfig,
+        random: &mut Random,
+    ) -> Self {
+        let light = LightMap::new(&plan.walls, lamps, ceiling, config, random);
+        let build::Plan { walls, landmarks, lids } = plan;
+        let floor_grey = build::FLOOR_GREY;
+        Self { name, walls, landmarks, lids, purpose, ceiling, floor_grey, light, config: *config }
+    }
+
     /// `corridor`, `office` or `table2`.
     pub fn name(&self) -> &'static str {
         self.name
