@@ -186,9 +186,9 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         let mut parts = self.parts();
         let (stride, size) = (parts.x.len(), parts.p.size);
         let (first, rest) = parts.work.split_at_mut(stride);
-        let (first, second) = (&mut first[..size], &mut rest[..size]);
         match form {
             Covariance::Packed => {
+                let (first, second) = (&mut first[..size], &mut rest[..size]);
                 packed::times(parts.p.view(), rows, [first, second]);
                 let (left, right) =
                     (super::update::product(rows, first), super::update::product(rows, second));
@@ -196,7 +196,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                 let own = Matrix2::new(left.x, coupling, coupling, right.y) + noise;
                 packed::append(&mut parts.p, [first, second], &own);
             }
-            Covariance::Factored => factored::append(&mut parts.p, rows, noise, [first, second]),
+            Covariance::Factored => factored::append(&mut parts.p, rows, noise, [first, rest]),
         }
         self.size += 2;
     }
@@ -306,7 +306,8 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             Covariance::Packed => parts.p.remove(from, length),
             Covariance::Factored => {
                 let stride = parts.x.len();
-                factored::remove(&mut parts.p, from, length, &mut parts.work[..stride]);
+                let (x, v) = parts.work.split_at_mut(stride);
+                factored::remove(&mut parts.p, from, length, [x, v]);
             }
         }
         for vector in [parts.x, parts.rounding, parts.first] {

@@ -10,6 +10,7 @@ mod measurement;
 mod model;
 mod motion;
 mod packed;
+
 mod triangle;
 mod update;
 

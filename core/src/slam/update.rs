@@ -303,8 +303,8 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             }
             (Covariance::Factored, false) => {}
             (Covariance::Factored, true) => {
-                let [[scratch, ..], ..] = &mut vectors.pairs;
-                factored::reset(&mut p, vectors.lever, scratch);
+                let [[f, v], ..] = &mut vectors.pairs;
+                factored::reset(&mut p, vectors.lever, f, v);
             }
         }
         let mut parts = Parts { x, rounding, first, work: &mut [], p };
