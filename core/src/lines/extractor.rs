@@ -173,6 +173,11 @@ where
         &self.config
     }
 
+    /// The memory that it was lent.
+    pub fn into_memory(self) -> (R, M, P) {
+        (self.words, self.masks, self.points)
+    }
+
     /// Forgets the rows so far: the next one is the first of a picture.
     pub fn begin(&mut self) {
         self.row = 0;

@@ -205,6 +205,16 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         Ok(filter)
     }
 
+    /// The storage and the landmarks' records that it was lent.
+    pub fn into_storage(self) -> (S, L) {
+        (self.storage, self.landmarks)
+    }
+
+    /// States before the landmarks'.
+    pub(super) fn start(&self) -> usize {
+        if self.config.mount_std.is_some() { ROBOT + MOUNT } else { ROBOT }
+    }
+
     /// The settings.
     pub fn config(&self) -> &FilterConfig<T> {
         &self.config

@@ -155,11 +155,11 @@ pub struct MapReport {
 /// The filter with its map's upkeep: measurements without names in, decisions out.
 #[derive(Clone, Copy, Debug)]
 pub struct Map<T, S, L> {
-    filter: Filter<T, S, L>,
+    pub(super) filter: Filter<T, S, L>,
     config: MapConfig<T>,
-    health: Health<T>,
-    next_id: u32,
-    frame: u32,
+    pub(super) health: Health<T>,
+    pub(super) next_id: u32,
+    pub(super) frame: u32,
 }
 
 /// A pair in its gate, linearised.
@@ -221,6 +221,11 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     /// The filter, to predict with.
     pub fn filter_mut(&mut self) -> &mut Filter<T, S, L> {
         &mut self.filter
+    }
+
+    /// The filter, without its map.
+    pub fn into_filter(self) -> Filter<T, S, L> {
+        self.filter
     }
 
     /// The settings.

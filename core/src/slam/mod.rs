@@ -10,7 +10,7 @@ mod measurement;
 mod model;
 mod motion;
 mod packed;
-
+mod snapshot;
 mod triangle;
 mod update;
 
@@ -21,5 +21,6 @@ pub use map::{Feature, Hint, MAX_FEATURES, Map, MapConfig, MapReport, Pairing, V
 pub use measurement::Measurement;
 pub use model::Linearised;
 pub use motion::{Increment, Integration, arc_rotation};
+pub use snapshot::{MAP_BYTES, snapshot_len};
 pub use triangle::packed_len;
 pub use update::{Decision, Observation, Outcome};

@@ -1,0 +1,368 @@
+//! The filter's state as bytes: to survive a restart, or to go on elsewhere.
+//!
+//! Everything that a later step depends on is in them, bit by bit, so that a filter that was restored and one that ran
+//! on give the same answers. What the configuration holds is not: it must be the same. Numbers are little-endian.
+//!
+//! | bytes | |
+//! |---|---|
+//! | 4 | format, variant, how the covariance is kept, whether the mount is estimated |
+//! | 4 | landmarks, states n |
+//! | 8 + 12 | time, first-estimate pose |
+//! | 56 a landmark | its record |
+//! | 4 · (3n + n(n+1)/2) | state, its rounding errors, first estimates, upper triangle row by row |
+use super::filter::{Covariance, Filter, Variant};
+use super::health::Health;
+use super::landmark::{Form, Landmark, Status};
+use super::map::Map;
+use super::triangle::packed_len;
+use crate::{Error, Result};
+use nalgebra::Vector2;
+
+const FORMAT: u8 = 1;
+const HEADER: usize = 28;
+const RECORD: usize = 56;
+/// What a map's state takes beyond its filter's.
+pub const MAP_BYTES: usize = 8;
+
+/// Bytes that the state of a filter with so many states and landmarks takes, at most.
+///
+/// ```
+/// use monorange_core::slam::{snapshot_len, states_for};
+/// assert_eq!(snapshot_len(states_for(32, true), 32), 12_896);
+/// ```
+pub const fn snapshot_len(states: usize, landmarks: usize) -> usize {
+    HEADER + RECORD * landmarks + 4 * (3 * states + packed_len(states))
+}
+
+impl<S, L> Filter<f32, S, L>
+where
+    S: AsRef<[f32]> + AsMut<[f32]>,
+    L: AsRef<[Landmark<f32>]> + AsMut<[Landmark<f32>]>,
+{
+    /// Writes the state to `bytes` and returns how many it took.
+    ///
+    /// # Errors
+    /// [`Error::Size`] when `bytes` are too few.
+    pub fn save(&mut self, bytes: &mut [u8]) -> Result<usize> {
+        let needed = snapshot_len(self.size, self.count);
+        let got = bytes.len();
+        let mut out = Out(bytes.get_mut(..needed).ok_or(Error::Size {
+            name: "filter.snapshot",
+            got,
+            expected: needed,
+        })?);
+        out.put(self.kind());
+        out.put((self.count as u16).to_le_bytes());
+        out.put((self.size as u16).to_le_bytes());
+        out.put(self.time.to_le_bytes());
+        self.first_pose.iter().for_each(|value| out.put(value.to_le_bytes()));
+        self.landmarks().iter().for_each(|landmark| put_landmark(&mut out, landmark));
+        let n = self.size;
+        let mut parts = self.parts();
+        for vector in [parts.x, parts.rounding, parts.first] {
+            vector.iter().take(n).for_each(|value| out.put(value.to_le_bytes()));
+        }
+        for row in 0..n {
+            parts.p.row_mut(row).iter().for_each(|value| out.put(value.to_le_bytes()));
+        }
+        Ok(needed)
+    }
+
+    /// Takes a state written by [`save`](Self::save) in place of its own.
+    ///
+    /// # Errors
+    /// [`Error::Size`] when the bytes are not as many as they say, or more than fits; [`Error::OutOfRange`] when they come
+    /// from a filter of another kind or hold a number that is not finite. Nothing is changed then.
+    pub fn restore(&mut self, bytes: &[u8]) -> Result<()> {
+        let refuse =
+            |expected| Error::OutOfRange { name: "filter.snapshot", value: bytes.len() as f64, expected };
+        let cut = |expected| Error::Size { name: "filter.snapshot", got: bytes.len(), expected };
+        let mut input = In(bytes);
+        let kind: [u8; 4] = input.take().ok_or(cut(HEADER))?;
+        if kind != self.kind() {
+            return Err(refuse("the state of a filter with this configuration"));
+        }
+        let count = usize::from(u16::from_le_bytes(input.take().ok_or(cut(HEADER))?));
+        let size = usize::from(u16::from_le_bytes(input.take().ok_or(cut(HEADER))?));
+        let expected = snapshot_len(size, count);
+        let fits = count <= self.landmarks.as_ref().len() && size <= self.states().1 && size >= self.start();
+        if bytes.len() != expected || !fits {
+            return Err(cut(expected));
+        }
+        let time = f64::from_le_bytes(input.take().ok_or(cut(expected))?);
+        let mut first_pose = [0.0; 3];
+        for value in &mut first_pose {
+            *value = f32::from_le_bytes(input.take().ok_or(cut(expected))?);
+        }
+        let records = In(input.0);
+        let mut states = self.start();
+        for _ in 0..count {
+            let landmark = take_landmark(&mut input).ok_or(refuse("records of landmarks"))?;
+            let length = landmark.form.len();
+            if landmark.offset < self.start() || landmark.offset + length > size {
+                return Err(refuse("landmarks within the state"));
+            }
+            states += length;
+        }
+        let numbers = In(input.0);
+        let finite = core::iter::from_fn(|| input.take().map(f32::from_le_bytes)).all(f32::is_finite);
+        if !finite || !time.is_finite() || !first_pose.iter().all(|value| value.is_finite()) || states != size
+        {
+            return Err(refuse("finite numbers, one set for every landmark"));
+        }
+        self.apply(time, first_pose, count, size, records, numbers);
+        Ok(())
+    }
+
+    /// Nothing fails here: every length has been checked.
+    fn apply(
+        &mut self,
+        time: f64,
+        first_pose: [f32; 3],
+        count: usize,
+        size: usize,
+        mut records: In<'_>,
+        mut numbers: In<'_>,
+    ) {
+        self.time = time;
+        self.first_pose = first_pose;
+        self.count = count;
+        self.size = size;
+        for landmark in self.landmarks_mut() {
+            *landmark = take_landmark(&mut records).unwrap_or_default();
+        }
+        let mut number = || numbers.take().map_or(0.0, f32::from_le_bytes);
+        let mut parts = self.parts();
+        for vector in [parts.x, parts.rounding, parts.first] {
+            vector.iter_mut().take(size).for_each(|value| *value = number());
+        }
+        for row in 0..size {
+            parts.p.row_mut(row).iter_mut().for_each(|value| *value = number());
+        }
+    }
+
+    /// Format, variant, covariance, mount.
+    fn kind(&self) -> [u8; 4] {
+        let variant = match self.config.variant {
+            Variant::Invariant => 0,
+            Variant::Textbook => 1,
+            Variant::FirstEstimates => 2,
+        };
+        let covariance = match self.config.covariance {
+            Covariance::Packed => 0,
+            Covariance::Factored => 1,
+        };
+        [FORMAT, variant, covariance, u8::from(self.config.mount_std.is_some())]
+    }
+}
+
+impl<S, L> Map<f32, S, L>
+where
+    S: AsRef<[f32]> + AsMut<[f32]>,
+    L: AsRef<[Landmark<f32>]> + AsMut<[Landmark<f32>]>,
+{
+    /// Writes the map with its filter's state to `bytes` and returns how many it took: [`MAP_BYTES`] more than the filter.
+    /// The figures of [`health`](Self::health) are not in them: they begin anew.
+    ///
+    /// # Errors
+    /// As [`Filter::save`].
+    pub fn save(&mut self, bytes: &mut [u8]) -> Result<usize> {
+        let got = bytes.len();
+        let expected = MAP_BYTES + snapshot_len(self.filter().states().0, self.filter().landmarks().len());
+        let (own, rest) =
+            bytes.split_first_chunk_mut().ok_or(Error::Size { name: "map.snapshot", got, expected })?;
+        let length = self.filter.save(rest)?;
+        let own: &mut [u8; MAP_BYTES] = own;
+        let mut out = Out(own);
+        out.put(self.next_id.to_le_bytes());
+        out.put(self.frame.to_le_bytes());
+        Ok(MAP_BYTES + length)
+    }
+
+    /// Takes a map written by [`save`](Self::save) in place of its own.
+    ///
+    /// # Errors
+    /// As [`Filter::restore`].
+    pub fn restore(&mut self, bytes: &[u8]) -> Result<()> {
+        let cut = Error::Size { name: "map.snapshot", got: bytes.len(), expected: MAP_BYTES };
+        let mut input = In(bytes);
+        let next_id = u32::from_le_bytes(input.take().ok_or(cut)?);
+        let frame = u32::from_le_bytes(input.take().ok_or(cut)?);
+        self.filter.restore(input.0)?;
+        (self.next_id, self.frame, self.health) = (next_id, frame, Health::default());
+        Ok(())
+    }
+}
+
+/// Bytes still to be written.
+struct Out<'a>(&'a mut [u8]);
+
+impl Out<'_> {
+    fn put<const N: usize>(&mut self, bytes: [u8; N]) {
+        if let Some((place, rest)) = core::mem::take(&mut self.0).split_first_chunk_mut() {
+            *place = bytes;
+            self.0 = rest;
+        }
+    }
+}
+
+/// Bytes still to be read.
+#[derive(Clone, Copy)]
+struct In<'a>(&'a [u8]);
+
+impl In<'_> {
+    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
+        let (bytes, rest) = self.0.split_first_chunk()?;
+        self.0 = rest;
+        Some(*bytes)
+    }
+}
+
+fn put_landmark(out: &mut Out<'_>, landmark: &Landmark<f32>) {
+    // Field by field, so that a new one cannot be forgotten.
+    let Landmark {
+        id,
+        offset,
+        form,
+        status,
+        seen,
+        expected,
+        missed,
+        in_view,
+        first_time,
+        last_time,
+        last_frame,
+        last_pixel,
+        keyframe,
+        descriptor,
+    } = *landmark;
+    out.put(id.to_le_bytes());
+    out.put((offset as u16).to_le_bytes());
+    let flags = [
+        form == Form::InverseDistance,
+        status == Status::Confirmed,
+        last_pixel.is_some(),
+        keyframe.is_some(),
+        descriptor.is_some(),
+        in_view,
+    ];
+    let flags = flags.into_iter().rev().fold(0_u16, |bits, flag| 2 * bits + u16::from(flag));
+    out.put(flags.to_le_bytes());
+    [seen, expected, missed].into_iter().for_each(|count| out.put(count.to_le_bytes()));
+    [first_time, last_time].into_iter().for_each(|time| out.put(time.to_le_bytes()));
+    out.put(last_frame.to_le_bytes());
+    let pixel = last_pixel.unwrap_or_default();
+    [pixel.x, pixel.y].into_iter().for_each(|value| out.put(value.to_le_bytes()));
+    [keyframe, descriptor].into_iter().for_each(|index| out.put(index.unwrap_or_default().to_le_bytes()));
+}
+
+fn take_landmark(input: &mut In<'_>) -> Option<Landmark<f32>> {
+    let id = u32::from_le_bytes(input.take()?);
+    let offset = usize::from(u16::from_le_bytes(input.take()?));
+    let flags = u16::from_le_bytes(input.take()?);
+    let has = |bit: u16| flags >> bit & 1 == 1;
+    let mut count = || Some(u32::from_le_bytes(input.take()?));
+    let (seen, expected, missed) = (count()?, count()?, count()?);
+    let mut time = || input.take().map(f64::from_le_bytes).filter(|time| time.is_finite());
+    let (first_time, last_time) = (time()?, time()?);
+    let last_frame = u32::from_le_bytes(input.take()?);
+    let mut number = || input.take().map(f32::from_le_bytes).filter(|number| number.is_finite());
+    let pixel = Vector2::new(number()?, number()?);
+    let mut index = || Some(u32::from_le_bytes(input.take()?));
+    let (keyframe, descriptor) = (index()?, index()?);
+    Some(Landmark {
+        id,
+        offset,
+        form: if has(0) { Form::InverseDistance } else { Form::Point },
+        status: if has(1) { Status::Confirmed } else { Status::Tentative },
+        seen,
+        expected,
+        missed,
+        in_view: has(5),
+        first_time,
+        last_time,
+        last_frame,
+        last_pixel: has(2).then_some(pixel),
+        keyframe: has(3).then_some(keyframe),
+        descriptor: has(4).then_some(descriptor),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::geometry::Pose;
+    use crate::slam::*;
+    use nalgebra::{Matrix2, Matrix3};
+    use std::vec::Vec;
+
+    type Kept = Map<f32, Vec<f32>, Vec<Landmark<f32>>>;
+
+    fn empty(landmarks: usize) -> Kept {
+        let storage = std::vec![0.0; storage_len(states_for(landmarks, false))];
+        let records = std::vec![Landmark::default(); landmarks];
+        let filter =
+            Filter::new(storage, records, Pose::default(), Matrix3::zeros(), FilterConfig::default())
+                .unwrap();
+        Map::new(filter, MapConfig::default()).unwrap()
+    }
+
+    /// Drives `steps` of a circle round a few landmarks.
+    fn drive(map: &mut Kept, steps: core::ops::Range<u32>) {
+        for step in steps {
+            let noise = Matrix2::new(1e-4, 0.0, 0.0, 1e-4);
+            let increment = Increment::from_velocity(0.5, 0.25, 0.1, &noise, Integration::Arc);
+            map.filter_mut().predict(f64::from(step) * 0.1, &increment).unwrap();
+            let wobble = f32::from((step * 7 % 11) as u8) * 1e-3;
+            let features = [(2.0 + wobble, 0.3), (3.0, -0.4 - wobble), (1.5, 1.0 + wobble)]
+                .map(|(range, bearing)| Feature::new(Measurement::range_bearing(range, bearing, 0.01, 0.01)));
+            map.observe(&features, |_, _| true, &mut [Outcome::default(); 3]).unwrap();
+        }
+    }
+
+    fn saved(map: &mut Kept) -> Vec<u8> {
+        let mut bytes = std::vec![0; 20_000];
+        let length = map.save(&mut bytes).unwrap();
+        bytes.truncate(length);
+        bytes
+    }
+
+    #[test]
+    fn a_restored_map_goes_on_bit_by_bit_as_if_nothing_had_happened() {
+        let mut map = empty(12);
+        drive(&mut map, 0..30);
+        let state = saved(&mut map);
+        let mut other = empty(12);
+        drive(&mut other, 0..3);
+        other.restore(&state).unwrap();
+        assert_eq!(saved(&mut other), state);
+        drive(&mut map, 30..60);
+        drive(&mut other, 30..60);
+        assert_eq!(saved(&mut other), saved(&mut map));
+        assert!(map.filter().landmarks().len() > 2, "the law is about something");
+    }
+
+    #[test]
+    fn a_state_of_another_kind_or_size_changes_nothing() {
+        let mut map = empty(12);
+        drive(&mut map, 0..30);
+        let state = saved(&mut map);
+        let count = map.filter().landmarks().len();
+        assert!(empty(count - 1).restore(&state).is_err(), "{count} landmarks do not fit {}", count - 1);
+        let before = saved(&mut map);
+        for length in 0..state.len() {
+            assert!(map.restore(&state[..length]).is_err());
+        }
+        for (place, value) in [(8, 9), (9, 1), (10, 1), (12, 200), (14, 99)] {
+            let mut wrong = state.clone();
+            wrong[place] = value;
+            assert!(map.restore(&wrong).is_err(), "byte {place}");
+        }
+        let mut wrong = state.clone();
+        let last = wrong.len() - 4;
+        wrong[last..].copy_from_slice(&f32::NAN.to_le_bytes());
+        assert!(map.restore(&wrong).is_err(), "a covariance that is no number");
+        assert_eq!(saved(&mut map), before);
+    }
+}
