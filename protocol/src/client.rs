@@ -4,16 +4,64 @@
 //! a read timeout is set. What the device says goes to a callback as it comes.
 use crate::{
     frame::{Deframer, LinkCounts, MAX_ENCODED},
-    message::{DeviceMessage, Hello, HostMessage},
+    message::*,
     window::Window,
 };
 use std::{
     io::{self, Read, Write},
+    string::String,
     time::{Duration, Instant},
+    vec::Vec,
 };
+
+/// Pixels in one message: what its other fields leave of the payload.
+const MAX_ROWS: usize = crate::frame::MAX_PAYLOAD - 10;
 
 /// After this long without a word the line counts as empty and hello is said.
 const SILENCE: Duration = Duration::from_millis(500);
+
+/// What the device said of one frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Answer {
+    /// Where the robot is; always there when [`Client::frame`] returns.
+    pub pose: Option<Pose>,
+    /// What became of the corners, where the configuration asks for it.
+    pub observations: Vec<Observation>,
+    /// The map, where it was due.
+    pub landmarks: Vec<Landmark>,
+    /// Counts and costs, where they were due.
+    pub statistics: Option<Statistics>,
+    /// What was refused.
+    pub faults: Vec<Fault>,
+    /// The device has restarted meanwhile, and why, as far as it knows.
+    pub restarted: Option<String>,
+}
+
+impl Answer {
+    /// Takes what the device says.
+    pub fn absorb(&mut self, message: &DeviceMessage<'_>) {
+        match message {
+            DeviceMessage::Pose(pose) => self.pose = Some(*pose),
+            DeviceMessage::Observations(some) => self.observations.extend(&some.observations),
+            DeviceMessage::Map(some) => {
+                if some.first == 0 {
+                    self.landmarks.clear();
+                }
+                self.landmarks.extend(&some.landmarks);
+            }
+            DeviceMessage::Statistics(statistics) => self.statistics = Some(*statistics),
+            DeviceMessage::Fault(fault) => self.faults.push(*fault),
+            DeviceMessage::LastPanic(last) => {
+                self.restarted = Some(std::format!("{:?}: {}", last.cause, last.text));
+            }
+            // A device that greets without having been greeted has just started.
+            DeviceMessage::Info(info) if info.nonce == 0 => {
+                self.restarted.get_or_insert_with(|| "it was reset".into());
+            }
+            _ => {}
+        }
+    }
+}
 
 /// The host's end of the line.
 #[derive(Debug)]
@@ -71,6 +119,77 @@ impl<S: Read + Write> Client<S> {
         self.sequence = sequence.wrapping_add(1);
         self.window.sent(sequence, line.len());
         self.stream.write_all(line)
+    }
+
+    /// Sends a picture with the motion before it, and returns what the device says of it.
+    ///
+    /// # Errors
+    /// As [`send`](Self::send), and [`io::ErrorKind::TimedOut`] when no pose comes; [`io::ErrorKind::ConnectionReset`] when
+    /// the device has restarted.
+    pub fn frame(&mut self, motion: &[Odometry], begin: &FrameBegin, pixels: &[u8]) -> io::Result<Answer> {
+        let mut answer = Answer::default();
+        let mut absorb = |message: &DeviceMessage<'_>| answer.absorb(message);
+        for odometry in motion {
+            self.send(&HostMessage::Odometry(*odometry), &mut absorb)?;
+        }
+        self.send(&HostMessage::FrameBegin(*begin), &mut absorb)?;
+        let width = usize::from(begin.width).max(1);
+        let rows_at_once = (MAX_ROWS / width).max(1);
+        for (number, pixels) in pixels.chunks(rows_at_once * width).enumerate() {
+            let row = (number * rows_at_once) as u16; // at most the height
+            self.send(&HostMessage::Rows(Rows { frame: begin.frame, row, pixels }), &mut absorb)?;
+        }
+        self.finish(begin.frame, answer)
+    }
+
+    /// Sends corners with the motion before them, and returns what the device says of them.
+    ///
+    /// # Errors
+    /// As [`frame`](Self::frame).
+    pub fn corners(&mut self, motion: &[Odometry], corners: &Corners) -> io::Result<Answer> {
+        let mut answer = Answer::default();
+        let mut absorb = |message: &DeviceMessage<'_>| answer.absorb(message);
+        for odometry in motion {
+            self.send(&HostMessage::Odometry(*odometry), &mut absorb)?;
+        }
+        self.send(&HostMessage::Corners(corners.clone()), &mut absorb)?;
+        self.pose(corners.frame, &mut answer)?;
+        Ok(answer)
+    }
+
+    /// Ends a picture until the device has answered it: an end that was lost on the way is said again.
+    fn finish(&mut self, frame: u32, mut answer: Answer) -> io::Result<Answer> {
+        let start = Instant::now();
+        loop {
+            self.send(&HostMessage::FrameEnd(FrameEnd { frame }), &mut |message| answer.absorb(message))?;
+            match self.pose(frame, &mut answer) {
+                Ok(()) => return Ok(answer),
+                Err(error) if error.kind() != io::ErrorKind::TimedOut => return Err(error),
+                Err(error) if start.elapsed() > self.patience => return Err(error),
+                Err(_) => {}
+            }
+        }
+    }
+
+    /// Listens for the pose of a frame, for as long as a silence may last.
+    fn pose(&mut self, frame: u32, answer: &mut Answer) -> io::Result<()> {
+        let start = Instant::now();
+        // What follows the pose is sent at once with it: the credit comes last.
+        let mut complete = false;
+        while !complete {
+            self.listen(&mut |message| {
+                answer.absorb(message);
+                let posed = answer.pose.is_some_and(|pose| pose.frame == frame);
+                complete |= posed && matches!(message, DeviceMessage::Credit(_));
+            })?;
+            if let Some(why) = &answer.restarted {
+                return Err(io::Error::new(io::ErrorKind::ConnectionReset, why.clone()));
+            }
+            if start.elapsed() > 2 * SILENCE {
+                return Err(io::Error::new(io::ErrorKind::TimedOut, "the device does not answer"));
+            }
+        }
+        Ok(())
     }
 
     /// Listens until the callback returns true.
