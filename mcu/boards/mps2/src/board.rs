@@ -3,7 +3,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use cortex_m::peripheral::{SYST, syst::SystClkSource};
 use cortex_m_rt::exception;
 use monorange_mcu::Board;
-use monorange_protocol::message::CostUnit;
+use monorange_protocol::message::{CostUnit, RestartCause};
 
 const TIMER0_CTRL: usize = 0x4000_0000;
 const TIMER0_VALUE: usize = 0x4000_0004;
@@ -102,10 +102,10 @@ impl Board for Mps2 {
         (self.uptime + u64::from(ticks().wrapping_sub(self.last))) / u64::from(TICKS_PER_US)
     }
     fn stack_used(&self) -> u32 {
-        crate::stack::used()
+        monorange_cortex::stack::used()
     }
     fn stack_size(&self) -> u32 {
-        crate::stack::size()
+        monorange_cortex::stack::size()
     }
     fn overrun(&self) -> u32 {
         crate::uart::RING.overrun()
@@ -115,3 +115,9 @@ impl Board for Mps2 {
 /// Only wakes the main loop.
 #[exception]
 fn SysTick() {}
+
+/// The watchdog's first time-out.
+#[exception]
+unsafe fn NonMaskableInt() -> ! {
+    monorange_cortex::fault::end(RestartCause::Watchdog, "the main loop did not come round in 2 s")
+}

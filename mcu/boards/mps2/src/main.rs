@@ -12,13 +12,12 @@
 #![no_main]
 
 mod board;
-mod fault;
-mod stack;
 mod uart;
 
 use board::Mps2;
 use cortex_m_rt::entry;
 use embedded_io::Write;
+use monorange_cortex::{fault, stack};
 use monorange_mcu::{Device, Wish};
 
 #[entry]
@@ -51,6 +50,7 @@ fn main() -> ! {
 }
 
 mod fake {
+    use monorange_cortex::{fault, stack};
     use monorange_mcu::{Engine, engine::*, meter::Stage};
     use monorange_protocol::message::*;
     #[derive(Debug)]

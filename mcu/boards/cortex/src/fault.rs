@@ -16,7 +16,8 @@ pub fn begin() -> LastRun {
     unsafe { (*&raw mut LAST_RUN).assume_init_mut() }.begin()
 }
 
-fn end(cause: RestartCause, text: impl fmt::Display) -> ! {
+/// Records why this run ends, and restarts.
+pub fn end(cause: RestartCause, text: impl fmt::Display) -> ! {
     cortex_m::interrupt::disable();
     // SAFETY: this run ends here, with interrupts off: nobody else uses the record any more.
     unsafe { (*&raw mut LAST_RUN).assume_init_mut() }.record(cause, text);
@@ -36,10 +37,4 @@ unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     let status = unsafe { CONFIGURABLE_FAULT_STATUS.read_volatile() };
     let (pc, lr) = (frame.pc(), frame.lr());
     end(RestartCause::HardFault, format_args!("pc {pc:#010x} lr {lr:#010x} cfsr {status:#010x}"))
-}
-
-/// The watchdog's first time-out.
-#[exception]
-unsafe fn NonMaskableInt() -> ! {
-    end(RestartCause::Watchdog, "the main loop did not come round in 2 s")
 }

@@ -1,0 +1,87 @@
+//! The monorange co-processor on ST's Nucleo-H743ZI2. **Builds; has not been run on the board yet.**
+//!
+//! | resource | use |
+//! |---|---|
+//! | USART 3 (PD8 out, PD9 in) | the line: the ST-LINK's virtual serial port, 921,600 baud |
+//! | clocks | 8 MHz from the ST-LINK, 480 MHz for the core |
+//! | DWT | cycles: time, and the cost of stages |
+//! | SysTick | wakes the main loop ten times a second |
+//! | IWDG 1 | watchdog, fed by the main loop only; 2 s |
+//! | MPU region 0 | no access to the last KiB of the stack |
+#![no_std]
+#![no_main]
+
+mod board;
+
+use board::Nucleo;
+use cortex_m_rt::entry;
+use embassy_stm32::{
+    bind_interrupts, peripherals,
+    usart::{self, BufferedUart},
+    wdg::IndependentWatchdog,
+};
+use embedded_io::{Read, ReadReady, Write};
+use monorange_cortex::{fault, stack};
+use monorange_mcu::{Device, PipelineEngine, WINDOW, Wish};
+
+/// Of the line. The ST-LINK's virtual port takes up to about 2 Mbaud; an adapter at the pins takes 3.
+const BAUD: u32 = 921_600;
+const WATCHDOG_US: u32 = 2_000_000;
+
+bind_interrupts!(struct Interrupts {
+    USART3 => usart::BufferedInterruptHandler<peripherals::USART3>;
+});
+
+#[entry]
+fn main() -> ! {
+    // Made safe by `entry`, which runs once.
+    static mut DEVICE: Device<PipelineEngine> = Device::new(PipelineEngine::new());
+    static mut SENDING: [u8; 1024] = [0; 1024];
+    static mut RECEIVED: [u8; WINDOW] = [0; WINDOW];
+
+    let last_run = fault::begin();
+    let peripherals = embassy_stm32::init(board::clocks());
+    let Some(cortex_m::Peripherals { SYST: mut systick, MPU: mpu, DCB: mut dcb, DWT: mut dwt, .. }) =
+        cortex_m::Peripherals::take()
+    else {
+        panic!("the processor's peripherals are taken already");
+    };
+    stack::guard(&mpu);
+    let mut board = Nucleo::start(&mut systick, &mut dcb, &mut dwt);
+    let mut config = usart::Config::default();
+    config.baudrate = BAUD;
+    let uart = BufferedUart::new(
+        peripherals.USART3,
+        peripherals.PD9,
+        peripherals.PD8,
+        SENDING,
+        RECEIVED,
+        Interrupts,
+        config,
+    );
+    let Ok(uart) = uart else { panic!("the line's rate is out of range") };
+    let (mut port, mut line) = uart.split();
+    let mut watchdog = IndependentWatchdog::new(peripherals.IWDG1, WATCHDOG_US);
+    watchdog.unleash();
+    DEVICE.greet(last_run.count(), last_run.cause(), &board, &mut port);
+
+    let mut bytes = [0; 64];
+    loop {
+        watchdog.pet();
+        board.tick();
+        // With interrupts masked none comes between the look and the sleep; a pending one ends the sleep all the same.
+        let waiting = cortex_m::interrupt::free(|_| {
+            let waiting = line.read_ready().unwrap_or(true);
+            if !waiting {
+                cortex_m::asm::wfi();
+            }
+            waiting
+        });
+        // A framing or noise error shows in the frame's checksum.
+        let count = if waiting { line.read(&mut bytes).unwrap_or(0) } else { 0 };
+        if DEVICE.receive(&bytes[..count], &board, &mut port) == Wish::Restart {
+            let _ = port.flush();
+            cortex_m::peripheral::SCB::sys_reset();
+        }
+    }
+}
