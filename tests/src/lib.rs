@@ -1,4 +1,5 @@
-//! What several of the cross-crate tests share: the paper's camera, and the way to real data.
+//! What several of the cross-crate tests share: the paper's camera, exact pictures of edges, random numbers, and
+//! the way to real data.
 pub mod slam;
 
 use monorange_core::Real;
@@ -33,6 +34,8 @@ pub fn real_data(name: &str) -> Option<PathBuf> {
     eprintln!("SKIPPED: this check needs the real data in {}", folder.display());
     None
 }
+mod edges;
 mod noise;
 
+pub use edges::{Exposure, HostExtractor, host_extractor, narrow, plain_range_finder};
 pub use noise::Noise;

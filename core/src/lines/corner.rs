@@ -12,6 +12,10 @@ pub(super) const FLOOR_OWNER: u8 = MAX_LINES as u8;
 /// Points closer to a corner than this see both of its edges; lines are fitted without them. Half the width of
 /// the smoothing, and the picture's own blur.
 const SMEARED_PX: f32 = 5.0;
+/// Points that one side of a floor line must have to be a line of its own.
+const LEAST_SIDE: u16 = 8;
+/// Squared deviations by which two sides of a floor line may differ and still be one line.
+const DISAGREEMENT: f32 = 4.0;
 /// Corners closer than this are one.
 const SAME_PX: f32 = 3.0;
 
@@ -76,8 +80,14 @@ pub(super) fn find_corners(
                 continue;
             }
             for point in points.iter_mut() {
-                let its = point.owner == VERTICAL_OWNER + i || point.owner == FLOOR_OWNER + j;
-                if its && (point.position - ideal).norm_squared() < SMEARED_PX * SMEARED_PX {
+                // The other edge is as near as its line is, not as the corner is.
+                let other = match point.owner {
+                    owner if owner == VERTICAL_OWNER + i => floor,
+                    owner if owner == FLOOR_OWNER + j => vertical,
+                    _ => continue,
+                };
+                let near = (point.position - ideal).amax() < 3.0 * SMEARED_PX;
+                if near && other.distance(point.position).abs() < SMEARED_PX {
                     point.owner |= NEAR_CORNER;
                 }
             }
@@ -89,10 +99,12 @@ pub(super) fn find_corners(
     let mut candidates = Vec::<Corner, 64>::new();
     for (i, vertical) in (0_u8..).zip(&extraction.vertical_lines) {
         for (j, floor) in (0_u8..).zip(&extraction.floor_lines) {
-            let Some((ideal, covariance)) = meet(floor, vertical) else { continue };
+            let Some((ideal, _)) = meet(floor, vertical) else { continue };
             if !supported(config, floor, vertical, ideal) {
                 continue;
             }
+            let straight = straight_at(points, FLOOR_OWNER + j, floor, floor.position(ideal), sampling);
+            let Some((ideal, covariance)) = meet(&straight, vertical) else { continue };
             let Some((pixel, covariance)) = seen(camera, ideal, covariance) else { continue };
             if pixel.y < top {
                 continue;
@@ -148,6 +160,34 @@ fn refit(points: &[EdgePoint], first_owner: u8, lines: &mut [Line], sampling: Sa
             fitted.extent = line.extent.map(|end| end + shift);
             *line = fitted;
         }
+    }
+}
+
+/// The floor line next to a corner at position `at` along it: all of it, or one side where the two sides disagree.
+///
+/// Two walls that meet at a small angle, or a door set back a little, bend the floor's edge by less than what
+/// separates two lines in the first place.
+fn straight_at(points: &[EdgePoint], owner: u8, floor: &Line, at: f32, sampling: Sampling) -> Line {
+    let side = |sign: f32| {
+        let beyond = move |point: &&EdgePoint| (floor.position(point.position) - at) * sign > 0.0;
+        fit(points.iter().filter(|point| point.owner == owner).filter(beyond), floor.normal, sampling)
+            .filter(|line| line.points >= LEAST_SIDE)
+    };
+    // A few points beyond the corner cannot show that they belong to the same line.
+    let (before, after) = match (side(-1.0), side(1.0)) {
+        (Some(before), Some(after)) => (before, after),
+        (one, other) => return one.or(other).unwrap_or(*floor),
+    };
+    let corner = floor.centroid + floor.along() * at;
+    let step = before.distance(corner) - after.distance(corner);
+    let turn = before.normal.perp(&after.normal);
+    let [var_before, var_after] = [&before, &after].map(|line| line.var_at(line.position(corner)));
+    let same = step * step <= DISAGREEMENT * (var_before + var_after)
+        && turn * turn <= DISAGREEMENT * (before.var_angle + after.var_angle);
+    match (same, var_before <= var_after) {
+        (true, _) => *floor,
+        (false, true) => before,
+        (false, false) => after,
     }
 }
 

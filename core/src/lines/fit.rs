@@ -25,7 +25,7 @@ pub(super) struct Sampling {
 /// ```
 ///
 /// A point's variance follows from the noise σ of the picture by first order, through the parabola of
-/// [`maximum`](super::edge::maximum) with curvature D: σ_p² = V σ²/(4 s² D²), V = [`NOISE_GAIN`]. Smoothing makes
+/// [`maximum`](super::edge::maximum) with curvature D: σ_p² = V σ² e^D/(4 s² D²), V = [`NOISE_GAIN`]. Smoothing makes
 /// neighbours along the edge alike, so that c of them count as one:
 ///
 /// ```text
@@ -83,7 +83,9 @@ pub(super) fn fit<'a>(
     // s as stored counts half grey levels per pixel, D 256ths.
     let curvature = (curvature / number / 256.0).max(0.05);
     let slope = 0.5 * GRADIENT_SCALE * curvature;
-    let point_variance = NOISE_GAIN * sampling.noise_std * sampling.noise_std / (4.0 * slope * slope);
+    // The outer samples are weaker than the middle one by e^(−D/2), and their logarithms noisier.
+    let noise = sampling.noise_std * sampling.noise_std * libm::expf(curvature);
+    let point_variance = NOISE_GAIN * noise / (4.0 * slope * slope);
     // Off the axes, samples along an axis carry noise along the edge too; it cancels over the line.
     let tangential = 1.0 + (1.0 / (longer * longer) - 1.0) / 3.0;
     let freedom = (number / independent - 2.0).max(0.0);
