@@ -25,10 +25,18 @@ pub struct ExtractConfig {
     pub min_floor_length: f32,
     /// Longest gap within a line, px.
     pub max_gap_px: f32,
-    /// Farthest that the end of either line may lie from their corner, px.
+    /// Farthest that a vertical line may end above its foot, px.
     pub reach_px: f32,
+    /// Farthest that a floor line may end beside a foot on it, px.
+    pub floor_reach_px: f32,
     /// Farthest that the vertical line may run on below the floor line, px.
     pub overshoot_px: f32,
+    /// Highest skirting board that may hide the foot of a vertical edge, m; 0 for none.
+    pub skirting_height: f32,
+    /// A floor line of at least this length below a foot shows that the foot is on a wall; a fraction of the height.
+    pub min_bound_length: f32,
+    /// Edge points straight below a foot from which on it is taken for the top of a skirting board.
+    pub max_below: f32,
     /// Least angle between the lines of a corner, rad.
     pub min_crossing: f32,
 }
@@ -46,8 +54,12 @@ impl Default for ExtractConfig {
             min_vertical_length: 0.08,
             min_floor_length: 0.06,
             max_gap_px: 6.0,
-            reach_px: 7.0,
+            reach_px: 8.0,
+            floor_reach_px: 4.5,
             overshoot_px: 3.0,
+            skirting_height: 0.2,
+            min_bound_length: 0.1,
+            max_below: 1e6,
             min_crossing: 20_f32.to_radians(),
         }
     }
@@ -78,7 +90,9 @@ impl ExtractConfig {
             ("extract.min_floor_length", self.min_floor_length, 0.0, 10.0, "a fraction of the height"),
             ("extract.max_gap_px", self.max_gap_px, 1.0, 1e4, "from 1 to 10000 pixels"),
             ("extract.reach_px", self.reach_px, 0.0, 1e4, "from 0 to 10000 pixels"),
+            ("extract.floor_reach_px", self.floor_reach_px, 0.0, 1e4, "from 0 to 10000 pixels"),
             ("extract.overshoot_px", self.overshoot_px, 0.0, 1e4, "from 0 to 10000 pixels"),
+            ("extract.skirting_height", self.skirting_height, 0.0, 10.0, "from 0 to 10 metres"),
             ("extract.min_crossing", self.min_crossing, 0.05, quarter_turn, "from 0.05 rad to 90°"),
         ];
         for (name, value, least, most, expected) in checks {

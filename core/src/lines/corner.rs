@@ -2,7 +2,7 @@ use super::config::ExtractConfig;
 use super::edge::{EdgePoint, NEAR_CORNER};
 use super::extraction::{Corner, Extraction, Line, MAX_LINES};
 use super::fit::{Sampling, fit};
-use crate::geometry::Camera;
+use crate::geometry::{Camera, RangeFinder};
 use heapless::Vec;
 use nalgebra::{Matrix2, Vector2};
 
@@ -16,6 +16,15 @@ const SMEARED_PX: f32 = 5.0;
 const LEAST_SIDE: u16 = 8;
 /// Squared deviations by which two sides of a floor line may differ and still be one line.
 const DISAGREEMENT: f32 = 4.0;
+/// Below a foot, an edge is looked for over so many pixels, no farther from the vertical line than this.
+const BELOW_PX: f32 = 10.0;
+const BESIDE_PX: f32 = 2.0;
+/// Least tangent of the angle of a foot below the horizon.
+const LEAST_FALL: f32 = 0.01;
+/// A floor line that ends so far from a crossing leaves it open whether it belongs there, px.
+const AMBIGUOUS_PX: f32 = 14.0;
+/// An edge under a foot is looked for so far to its sides, px.
+const UNDER_PX: f32 = 4.0;
 /// Corners closer than this are one.
 const SAME_PX: f32 = 3.0;
 
@@ -46,104 +55,220 @@ pub(super) fn meet(floor: &Line, vertical: &Line) -> Option<(Vector2<f32>, Matri
     Some((ideal, covariance))
 }
 
-/// Whether both edges have support next to a crossing: the vertical one comes from above and ends there, the floor
-/// edge passes or ends there.
-fn supported(config: &ExtractConfig, floor: &Line, vertical: &Line, ideal: Vector2<f32>) -> bool {
-    let crossing = floor.normal.perp(&vertical.normal).abs();
-    if crossing < libm::sinf(config.min_crossing) {
-        return false;
-    }
-    // A vertical line's own direction may point up or down.
-    let downwards = if vertical.along().y >= 0.0 { 1.0 } else { -1.0 };
-    let at = vertical.position(ideal) * downwards;
-    let bottom = if downwards > 0.0 { vertical.extent[1] } else { -vertical.extent[0] };
-    let ends_there = bottom - at <= config.overshoot_px && at - bottom <= config.reach_px;
-    let at = floor.position(ideal);
-    let passes = at >= floor.extent[0] - config.reach_px && at <= floor.extent[1] + config.reach_px;
-    ends_there && passes
+/// A place where the extension of a vertical line crosses an edge of the floor.
+struct Crossing {
+    floor: u8,
+    ideal: Vector2<f32>,
+    /// How far below the vertical line's lower end, px.
+    below: f32,
+    /// How far beyond the floor line's nearer end, px; 0 within it.
+    gap: f32,
 }
 
-/// Finds the corners of the lines found, refits the lines without the points that a corner smears, and fills
-/// `extraction.corners`.
-pub(super) fn find_corners(
-    config: &ExtractConfig,
-    camera: &Camera<f32>,
-    top: f32,
-    sampling: Sampling,
-    points: &mut [EdgePoint],
-    extraction: &mut Extraction,
-) {
-    for (i, vertical) in (0_u8..).zip(&extraction.vertical_lines) {
-        for (j, floor) in (0_u8..).zip(&extraction.floor_lines) {
-            let Some((ideal, _)) = meet(floor, vertical) else { continue };
-            if !supported(config, floor, vertical, ideal) {
+/// What the search for corners goes by.
+pub(super) struct CornerSearch<'a> {
+    pub(super) config: &'a ExtractConfig,
+    pub(super) finder: &'a RangeFinder<f32>,
+    /// First row of the region of interest.
+    pub(super) top: f32,
+    pub(super) sampling: Sampling,
+}
+
+impl CornerSearch<'_> {
+    /// Finds the corners of the lines found, refits the lines without the points that a corner smears, and fills
+    /// `extraction.corners`.
+    pub(super) fn run(&self, points: &mut [EdgePoint], extraction: &mut Extraction) {
+        let mut pairs = Vec::<(u8, u8), MAX_LINES>::new();
+        for (i, vertical) in (0_u8..).zip(&extraction.vertical_lines) {
+            let crossings = self.crossings(vertical, &extraction.floor_lines);
+            let Some(foot) = self.foot(vertical, &crossings) else { continue };
+            let on_floor = self.is_lowest(foot, &extraction.floor_lines)
+                && !self.is_cut_off(foot, i, extraction)
+                && !self.continues_below(points, vertical, foot.ideal)
+                && !self.edge_below(points, foot);
+            if !on_floor {
                 continue;
             }
-            for point in points.iter_mut() {
-                // The other edge is as near as its line is, not as the corner is.
-                let other = match point.owner {
-                    owner if owner == VERTICAL_OWNER + i => floor,
-                    owner if owner == FLOOR_OWNER + j => vertical,
-                    _ => continue,
-                };
-                let near = (point.position - ideal).amax() < 3.0 * SMEARED_PX;
-                if near && other.distance(point.position).abs() < SMEARED_PX {
-                    point.owner |= NEAR_CORNER;
+            // One vertical line has one foot, so the pairs are no more than the lines.
+            let _ = pairs.push((i, foot.floor));
+            for crossing in &crossings {
+                if let Some(floor) = extraction.floor_lines.get(usize::from(crossing.floor)) {
+                    let owners = (VERTICAL_OWNER + i, FLOOR_OWNER + crossing.floor);
+                    mark_smeared(points, owners, vertical, floor, crossing.ideal);
                 }
             }
         }
-    }
-    refit(points, VERTICAL_OWNER, &mut extraction.vertical_lines, sampling);
-    refit(points, FLOOR_OWNER, &mut extraction.floor_lines, sampling);
+        refit(points, VERTICAL_OWNER, &mut extraction.vertical_lines, self.sampling);
+        refit(points, FLOOR_OWNER, &mut extraction.floor_lines, self.sampling);
 
-    let mut candidates = Vec::<Corner, 64>::new();
-    for (i, vertical) in (0_u8..).zip(&extraction.vertical_lines) {
-        for (j, floor) in (0_u8..).zip(&extraction.floor_lines) {
+        let mut corners = Vec::<Corner, MAX_LINES>::new();
+        for (i, j) in pairs {
+            let lines =
+                (extraction.vertical_lines.get(usize::from(i)), extraction.floor_lines.get(usize::from(j)));
+            let (Some(vertical), Some(floor)) = lines else { continue };
             let Some((ideal, _)) = meet(floor, vertical) else { continue };
-            if !supported(config, floor, vertical, ideal) {
-                continue;
-            }
-            let straight = straight_at(points, FLOOR_OWNER + j, floor, floor.position(ideal), sampling);
+            let straight = straight_at(points, FLOOR_OWNER + j, floor, floor.position(ideal), self.sampling);
             let Some((ideal, covariance)) = meet(&straight, vertical) else { continue };
-            let Some((pixel, covariance)) = seen(camera, ideal, covariance) else { continue };
-            if pixel.y < top {
+            let Some((pixel, covariance)) = seen(self.finder.camera(), ideal, covariance) else { continue };
+            if pixel.y < self.top {
                 continue;
             }
-            let corner = Corner {
-                pixel,
-                covariance,
-                vertical: i,
-                floor: j,
-                brighter_right: vertical.normal.x > 0.0,
-                brighter_below: floor.normal.y > 0.0,
-            };
-            extraction.truncations.corners += keep_best(&mut candidates, corner);
+            keep_best(
+                &mut corners,
+                Corner {
+                    pixel,
+                    covariance,
+                    vertical: i,
+                    floor: j,
+                    brighter_right: vertical.normal.x > 0.0,
+                    brighter_below: floor.normal.y > 0.0,
+                },
+            );
+        }
+        corners.sort_unstable_by(|a, b| a.covariance.trace().total_cmp(&b.covariance.trace()));
+        for corner in &corners {
+            extraction.truncations.corners += u32::from(extraction.corners.push(*corner).is_err());
         }
     }
-    candidates.sort_unstable_by(|a, b| a.covariance.trace().total_cmp(&b.covariance.trace()));
-    for corner in &candidates {
-        extraction.truncations.corners += u32::from(extraction.corners.push(*corner).is_err());
+
+    /// Where the downward extension of a vertical line, or its lower end, meets floor edges that pass or end there.
+    fn crossings(&self, vertical: &Line, floor_lines: &[Line]) -> Vec<Crossing, MAX_LINES> {
+        let least_sine = libm::sinf(self.config.min_crossing);
+        let found = (0_u8..).zip(floor_lines).filter_map(|(j, floor)| {
+            let (ideal, _) = meet(floor, vertical)?;
+            let at = floor.position(ideal);
+            let gap = (floor.extent[0] - at).max(at - floor.extent[1]).max(0.0);
+            let crosses = floor.normal.perp(&vertical.normal).abs() >= least_sine;
+            let below = vertical.beyond_lower_end(ideal);
+            let near = gap <= AMBIGUOUS_PX && below >= -self.config.overshoot_px;
+            (crosses && near).then_some(Crossing { floor: j, ideal, below, gap })
+        });
+        found.collect()
+    }
+
+    /// The lowest crossing on which the vertical edge can stand. The edge comes from above and ends at an edge of the
+    /// floor; that is the foot, or the top of a skirting board in front of which its own edge cannot be seen. Then the
+    /// foot is the lowest floor edge that leaves the end of the vertical one no higher above the floor than a
+    /// skirting board.
+    fn foot<'c>(&self, vertical: &Line, crossings: &'c [Crossing]) -> Option<&'c Crossing> {
+        let supported = |crossing: &&Crossing| crossing.gap <= self.config.floor_reach_px;
+        let ends_there = |crossing: &&Crossing| crossing.below <= self.config.reach_px;
+        let highest = crossings
+            .iter()
+            .filter(supported)
+            .filter(ends_there)
+            .min_by(|a, b| a.below.total_cmp(&b.below))?;
+        let lowest = crossings.iter().filter(|crossing| {
+            self.height_of(highest.ideal, crossing.ideal)
+                .is_some_and(|height| height <= self.config.skirting_height)
+        });
+        lowest.max_by(|a, b| a.below.total_cmp(&b.below)).filter(supported)
+    }
+
+    /// Whether another vertical edge stands between a foot and the end of its floor line: then the line ends there.
+    fn is_cut_off(&self, foot: &Crossing, vertical: u8, extraction: &Extraction) -> bool {
+        let Some(floor) = extraction.floor_lines.get(usize::from(foot.floor)) else { return true };
+        let at = floor.position(foot.ideal);
+        foot.gap > 0.0
+            && (0_u8..).zip(&extraction.vertical_lines).filter(|(k, _)| *k != vertical).any(|(_, other)| {
+                let Some((ideal, _)) = meet(floor, other) else { return false };
+                let beyond = (at - floor.position(ideal)) * if at > floor.extent[1] { 1.0 } else { -1.0 };
+                let below = other.beyond_lower_end(ideal);
+                beyond > 1.0
+                    && beyond < foot.gap + self.config.floor_reach_px
+                    && below.abs() <= self.config.reach_px
+            })
+    }
+
+    /// How high above the floor a point of a vertical edge is whose foot is seen at the ideal pixel `foot`, m:
+    /// both are equally far, so h (1 − tan δ/tan δ_foot) with their angles δ below the horizon. `None` when the foot
+    /// is not below the horizon.
+    fn height_of(&self, point: Vector2<f32>, foot: Vector2<f32>) -> Option<f32> {
+        let [fall, fall_of_foot] = [point, foot].map(|ideal| {
+            let ray = self.finder.camera().ray_from_ideal(ideal);
+            let direction = self.finder.robot_from_cam() * ray.push(1.0);
+            -direction.z / libm::sqrtf(direction.xy().norm_squared())
+        });
+        (fall_of_foot > LEAST_FALL).then(|| self.finder.mount().height() * (1.0 - fall / fall_of_foot))
+    }
+
+    /// Whether no long edge of the floor runs below a foot: what stands on the floor has nothing but floor below it,
+    /// the lower edge of a poster has the foot of its wall.
+    fn is_lowest(&self, foot: &Crossing, floor_lines: &[Line]) -> bool {
+        let least = self.config.min_bound_length * self.finder.camera().height() as f32;
+        floor_lines.iter().all(|line| {
+            let along = line.along();
+            let position = (foot.ideal.x - line.centroid.x) / along.x;
+            let v = line.centroid.y + along.y * position;
+            let beside = position < line.extent[0] || position > line.extent[1];
+            line.length() < least || beside || v < foot.ideal.y + SMEARED_PX
+        })
+    }
+
+    /// Whether there are edge points close below a foot that its own line does not explain, enough of them for the
+    /// lower edge of a skirting board too short to be a line.
+    fn edge_below(&self, points: &[EdgePoint], foot: &Crossing) -> bool {
+        let count = points.iter().filter(|point| {
+            let offset = point.position - foot.ideal;
+            let flat = (32..96).contains(&(point.direction & 127));
+            let own = point.owner & !NEAR_CORNER == FLOOR_OWNER + foot.floor && point.owner < 128;
+            let under = flat && !own && offset.x.abs() <= UNDER_PX && offset.y > 2.0;
+            under
+                && self
+                    .height_of(foot.ideal, point.position)
+                    .is_some_and(|height| height <= self.config.skirting_height)
+        });
+        (count.count() * self.sampling.stride) as f32 >= self.config.max_below
+    }
+
+    /// Whether an edge goes on along a vertical line below its foot: then something stands before the floor's edge.
+    fn continues_below(&self, points: &[EdgePoint], vertical: &Line, foot: Vector2<f32>) -> bool {
+        let start = vertical.beyond_lower_end(foot);
+        let below = points.iter().filter(|point| {
+            let beyond = vertical.beyond_lower_end(point.position) - start;
+            let along = vertical.distance(point.position).abs() <= BESIDE_PX;
+            let upright = (f32::from(point.direction.wrapping_sub(vertical.direction()) as i8).abs() - 64.0)
+                .abs()
+                > 48.0;
+            along && upright && beyond > SMEARED_PX && beyond <= SMEARED_PX + BELOW_PX
+        });
+        (below.count() * self.sampling.stride) as f32 >= 0.4 * BELOW_PX
     }
 }
 
-/// Adds a corner, unless a more certain one of the same place is there; gives how many were lost to the capacity.
-fn keep_best(corners: &mut Vec<Corner, 64>, corner: Corner) -> u32 {
+/// Marks the points of two lines in which a corner shows both of its edges.
+fn mark_smeared(
+    points: &mut [EdgePoint],
+    (vertical_owner, floor_owner): (u8, u8),
+    vertical: &Line,
+    floor: &Line,
+    ideal: Vector2<f32>,
+) {
+    for point in points {
+        // The other edge is as near as its line is, not as the corner is.
+        let other = match point.owner {
+            owner if owner == vertical_owner => floor,
+            owner if owner == floor_owner => vertical,
+            _ => continue,
+        };
+        let near = (point.position - ideal).amax() < 3.0 * SMEARED_PX;
+        if near && other.distance(point.position).abs() < SMEARED_PX {
+            point.owner |= NEAR_CORNER;
+        }
+    }
+}
+
+/// Adds a corner, unless a more certain one of the same place is there.
+fn keep_best(corners: &mut Vec<Corner, MAX_LINES>, corner: Corner) {
     let same =
         corners.iter_mut().find(|other| (other.pixel - corner.pixel).norm_squared() < SAME_PX * SAME_PX);
-    if let Some(other) = same {
-        if corner.covariance.trace() < other.covariance.trace() {
-            *other = corner;
+    match same {
+        Some(other) if corner.covariance.trace() < other.covariance.trace() => *other = corner,
+        Some(_) => {}
+        None => {
+            let _ = corners.push(corner); // at most one a vertical line
         }
-        return 0;
     }
-    if corners.push(corner).is_ok() {
-        return 0;
-    }
-    let worst = corners.iter_mut().max_by(|a, b| a.covariance.trace().total_cmp(&b.covariance.trace()));
-    if let Some(worst) = worst.filter(|worst| corner.covariance.trace() < worst.covariance.trace()) {
-        *worst = corner;
-    }
-    1
 }
 
 /// Fits every line again without the points marked as near a corner, where enough remain.

@@ -1,4 +1,5 @@
 use super::EdgePoint;
+use super::edge::steps_from_direction;
 use nalgebra::{Matrix2, Vector2};
 
 /// Lines of either kind that an [`Extraction`] holds.
@@ -44,6 +45,22 @@ impl Line {
     /// Position of an ideal pixel along the line, from the centroid.
     pub fn position(&self, ideal: Vector2<f32>) -> f32 {
         self.along().dot(&(ideal - self.centroid))
+    }
+
+    /// The end that is lower in the picture, ideal pixels.
+    pub(super) fn lower_end(&self) -> Vector2<f32> {
+        self.centroid + self.along() * if self.normal.x >= 0.0 { self.extent[1] } else { self.extent[0] }
+    }
+
+    /// How far an ideal pixel lies beyond the lower end, px.
+    pub(super) fn beyond_lower_end(&self, ideal: Vector2<f32>) -> f32 {
+        let beyond = self.along().dot(&(ideal - self.lower_end()));
+        if self.normal.x >= 0.0 { beyond } else { -beyond }
+    }
+
+    /// Direction of the normal in 256ths of a turn.
+    pub(super) fn direction(&self) -> u8 {
+        steps_from_direction(self.normal.x, self.normal.y)
     }
 
     /// Length in ideal pixels.

@@ -1,5 +1,5 @@
 use super::config::ExtractConfig;
-use super::corner::{FLOOR_OWNER, VERTICAL_OWNER, find_corners};
+use super::corner::{CornerSearch, FLOOR_OWNER, VERTICAL_OWNER};
 use super::edge::{EdgeList, EdgePoint, Profile, STEPS, maximum, steps_from_direction};
 use super::extraction::{Extraction, Line};
 use super::fit::Sampling;
@@ -352,7 +352,9 @@ where
             truncations.lines += skipped.lines;
         }
         self.extraction.truncations = truncations;
-        find_corners(&self.config, camera, self.floor_top as f32, sampling, points, &mut self.extraction);
+        let finder = &self.finder;
+        let corners = CornerSearch { config: &self.config, finder, top: self.floor_top as f32, sampling };
+        corners.run(points, &mut self.extraction);
 
         let pixel = |ideal| camera.pixel_from_ray(camera.ray_from_ideal(ideal)).unwrap_or(ideal);
         let lines = self.extraction.vertical_lines.iter_mut().map(|line| (line, true));

@@ -100,7 +100,7 @@ impl Search<'_> {
         let tolerance = self.config.direction_tolerance * (128.0 / core::f32::consts::PI) + 1.0;
         let mut run = 0..0;
         for (gate, slack) in GATES_PX.into_iter().zip([cell, 0.0, 0.0, 0.0]) {
-            let direction = super::edge::steps_from_direction(line.normal.x, line.normal.y);
+            let direction = line.direction();
             let count = gather(points, all, members, |point| {
                 let turn = point.direction.wrapping_sub(direction) as i8;
                 f32::from(turn).abs() <= tolerance && line.distance(point.position).abs() <= gate + slack
