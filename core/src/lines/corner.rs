@@ -81,7 +81,7 @@ impl CornerSearch<'_> {
         let mut pairs = Vec::<(u8, u8), MAX_LINES>::new();
         for (i, vertical) in (0_u8..).zip(&extraction.vertical_lines) {
             let crossings = self.crossings(vertical, &extraction.floor_lines);
-            let Some(foot) = self.foot(vertical, &crossings) else { continue };
+            let Some(foot) = self.foot(&crossings) else { continue };
             let on_floor = self.is_lowest(foot, &extraction.floor_lines)
                 && !self.is_cut_off(foot, i, extraction)
                 && !self.continues_below(points, vertical, foot.ideal)
@@ -150,7 +150,7 @@ impl CornerSearch<'_> {
     /// floor; that is the foot, or the top of a skirting board in front of which its own edge cannot be seen. Then the
     /// foot is the lowest floor edge that leaves the end of the vertical one no higher above the floor than a
     /// skirting board.
-    fn foot<'c>(&self, vertical: &Line, crossings: &'c [Crossing]) -> Option<&'c Crossing> {
+    fn foot<'c>(&self, crossings: &'c [Crossing]) -> Option<&'c Crossing> {
         let supported = |crossing: &&Crossing| crossing.gap <= self.config.floor_reach_px;
         let ends_there = |crossing: &&Crossing| crossing.below <= self.config.reach_px;
         let highest = crossings
