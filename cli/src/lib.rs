@@ -5,6 +5,8 @@
 //! | [`files`] | every format that is read or written, one module each |
 //! | [`pictures`] | folders of pictures, decoding to grey |
 //! | [`evaluation`] | a trajectory and a map against the truth |
+//! | [`extraction`] | the core's extractor with memory from the heap |
+//! | [`draw`] | overlays |
 //! | [`commands`] | one module a command, and nothing else |
 //!
 //! Without the feature `command` only the formats and figures remain, for the page in the browser.
@@ -13,8 +15,11 @@
 //! all ([`files::Outputs`]). Every [`Error`] names the file, the line or field, the cause and what to do.
 #[cfg(feature = "command")]
 pub mod commands;
+#[cfg(feature = "command")]
+pub mod draw;
 mod error;
 pub mod evaluation;
+pub mod extraction;
 pub mod files;
 #[cfg(feature = "command")]
 pub mod pictures;

@@ -3,7 +3,7 @@ use crate::{
     Error, Result,
     files::{io_error, natural_order},
 };
-use image::{ImageReader, RgbImage};
+use image::ImageReader;
 use monorange_core::image::Grey;
 use std::{
     fs,
@@ -22,8 +22,6 @@ pub struct Picture {
     pub width: usize,
     /// Rows.
     pub height: usize,
-    /// The same in colour, for drawing over it.
-    pub colour: RgbImage,
 }
 
 impl Picture {
@@ -39,7 +37,7 @@ impl Picture {
             .map_err(|error| undecodable(path, &error))?;
         let grey = image.to_luma8();
         let (width, height) = (grey.width() as usize, grey.height() as usize);
-        Ok(Self { pixels: grey.into_raw(), width, height, colour: image.to_rgb8() })
+        Ok(Self { pixels: grey.into_raw(), width, height })
     }
 
     /// The grey pixels as the core reads them.

@@ -1,6 +1,9 @@
 //! The commands, one module each: its arguments, and `run`.
 pub mod evaluate;
+pub mod landmarks;
+mod progress;
 pub mod range;
+pub mod simulate;
 
 use crate::Result;
 use clap::{Parser, Subcommand};
@@ -19,6 +22,8 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Range(range::Arguments),
+    Landmarks(landmarks::Arguments),
+    Simulate(simulate::Arguments),
     Evaluate(evaluate::Arguments),
 }
 
@@ -29,6 +34,8 @@ enum Command {
 pub fn run(cli: Cli) -> Result<()> {
     match cli.command {
         Command::Range(arguments) => range::run(&arguments),
+        Command::Landmarks(arguments) => landmarks::run(&arguments),
+        Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
     }
 }

@@ -10,6 +10,7 @@ mod order;
 mod outputs;
 mod rig;
 mod rig_section;
+mod settings;
 mod table;
 mod times;
 mod trajectory;
@@ -19,8 +20,9 @@ pub use map::{MapPoint, read_map, write_map, write_ply};
 pub use odometry::{Control, Odometry};
 pub use order::natural_order;
 #[cfg(feature = "command")]
-pub use outputs::{Outputs, to_file_or_stdout};
+pub use outputs::{NewFolder, Outputs, to_file_or_stdout};
 pub use rig::Rig;
+pub use settings::{SETTINGS, Setting, Settings};
 pub use table::Table;
 pub use times::read_times;
 pub use trajectory::{Stamped, read_trajectory, write_trajectory, write_tum};

@@ -75,6 +75,68 @@ impl Drop for Outputs {
     }
 }
 
+/// A folder that appears whole or not at all: it is filled beside its place under another name.
+#[derive(Debug)]
+pub struct NewFolder {
+    staged: tempfile::TempDir,
+    target: PathBuf,
+}
+
+impl NewFolder {
+    /// A folder that must not be there yet, or be empty.
+    ///
+    /// # Errors
+    /// When something is there already, or nothing can be written beside it.
+    pub fn new(target: &Path) -> Result<Self> {
+        let occupied = match fs::read_dir(target) {
+            Ok(mut entries) => entries.next().is_some(),
+            Err(error) => error.kind() != io::ErrorKind::NotFound,
+        };
+        if occupied {
+            let error = Error::new("is there already and is not an empty folder").at(target);
+            return Err(error.help("name a new folder, or remove this one first"));
+        }
+        let parent =
+            target.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let staged = fs::create_dir_all(parent).and_then(|()| {
+            let mut builder = tempfile::Builder::new();
+            builder.prefix(".monorange-").suffix(".part");
+            #[cfg(unix)] // as a plain folder would be made, where temporary ones are private
+            builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
+            builder.tempdir_in(parent)
+        });
+        let staged = staged.map_err(|error| io_error(&error).at(target))?;
+        Ok(Self { staged, target: target.to_owned() })
+    }
+
+    /// Writes one file into it.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn write(&self, name: &str, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<()> {
+        let path = self.staged.path().join(name);
+        let written = (|| {
+            fs::create_dir_all(path.parent().unwrap_or(Path::new("")))?;
+            let mut buffered = BufWriter::new(fs::File::create(&path)?);
+            content(&mut buffered)?;
+            buffered.flush()
+        })();
+        written.map_err(|error| io_error(&error).at(self.target.join(name)))
+    }
+
+    /// Gives the folder its name.
+    ///
+    /// # Errors
+    /// When the name was taken meanwhile.
+    pub fn commit(self) -> Result<()> {
+        // An empty folder in its place goes, or renaming fails on some systems.
+        let _ = fs::remove_dir(&self.target);
+        fs::rename(self.staged.path(), &self.target).map_err(|error| io_error(&error).at(&self.target))?;
+        let _ = self.staged.keep();
+        Ok(())
+    }
+}
+
 /// Writes one result to a file, whole or not at all, or to standard output.
 ///
 /// # Errors

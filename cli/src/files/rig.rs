@@ -1,11 +1,15 @@
 use super::{
     camera_info::{Intrinsics, read_camera_info},
     rig_section::{Section, Source},
+    settings::{self, Settings},
 };
 use crate::{Error, Result};
 use monorange_core::geometry::{Camera, Distortion, Mount, RangeFinder};
 use nalgebra::Matrix2;
-use std::path::Path;
+use std::{
+    io::{self, Write},
+    path::Path,
+};
 use toml::de::DeTable;
 
 /// A rig file: the camera, how it sits on the robot, and how well both are known.
@@ -30,9 +34,11 @@ pub struct Rig {
     /// Standard deviations of the mount, in the order of
     /// [`MOUNT_PARAMETERS`](monorange_core::geometry::MOUNT_PARAMETERS): m and rad.
     pub mount_std: [f64; 6],
+    /// Settings of the pipeline.
+    pub settings: Settings,
 }
 
-const ROOT: &[&str] = &["camera_info", "camera", "mount"];
+const ROOT: &[&str] = &["camera_info", "camera", "mount", "extract"];
 const CAMERA: &[&str] =
     &["camera_info", "width", "height", "focal", "principal", "skew", "distortion", "pixel_std"];
 /// In the order of the mount's parameters, each with the factor to SI units.
@@ -73,7 +79,46 @@ impl Rig {
         let root = Section::root(&source, document.get_ref(), ROOT)?;
         let (camera, pixel_std) = camera(&root, path)?;
         let (mount, mount_std) = mount(&root)?;
-        Ok(Self { finder: RangeFinder::new(camera, mount), pixel_std, mount_std })
+        let settings = settings::read(&root)?;
+        Ok(Self { finder: RangeFinder::new(camera, mount), pixel_std, mount_std, settings })
+    }
+
+    /// Writes camera and mount as a rig file.
+    ///
+    /// # Errors
+    /// When writing fails.
+    pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
+        let camera = self.finder.camera();
+        let Distortion { k1, k2, p1, p2, k3 } = camera.distortion();
+        writeln!(out, "[camera]\nwidth = {}\nheight = {}", camera.width(), camera.height())?;
+        writeln!(out, "focal = [{:?}, {:?}]", camera.focal().x, camera.focal().y)?;
+        writeln!(out, "principal = [{:?}, {:?}]", camera.principal().x, camera.principal().y)?;
+        writeln!(out, "skew = {:?}\ndistortion = [{k1:?}, {k2:?}, {p1:?}, {p2:?}, {k3:?}]", camera.skew())?;
+        writeln!(out, "pixel_std = {:?}\n\n[mount]", self.pixel_std)?;
+        let values = self.finder.mount().parameters().into_iter().zip(self.mount_std);
+        for ((key, std_key, unit), (value, std)) in MOUNT.into_iter().zip(values) {
+            // Degrees of a number that was written in degrees: the nearest short one.
+            let [value, std] = [value, std].map(|number| ((number / unit) * 1e9).round() / 1e9);
+            writeln!(out, "{key} = {value:?}\n{std_key} = {std:?}")?;
+        }
+        Ok(())
+    }
+
+    /// Camera and mount in the scalar of the pipeline.
+    ///
+    /// # Errors
+    /// When a number does not fit into 32 bits.
+    pub fn finder_f32(&self) -> Result<RangeFinder<f32>> {
+        let camera = self.finder.camera();
+        let Distortion { k1, k2, p1, p2, k3 } = camera.distortion();
+        let [k1, k2, p1, p2, k3] = [k1, k2, p1, p2, k3].map(|k| k as f32);
+        let pair = |v: nalgebra::Vector2<f64>| [v.x as f32, v.y as f32];
+        let (focal, principal) = (pair(camera.focal()), pair(camera.principal()));
+        let lens = Distortion { k1, k2, p1, p2, k3 };
+        let camera =
+            Camera::new(camera.width(), camera.height(), focal, principal, camera.skew() as f32, lens);
+        let mount = Mount::new(self.finder.mount().parameters().map(|parameter| parameter as f32));
+        Ok(RangeFinder::new(camera.map_err(Error::new)?, mount.map_err(Error::new)?))
     }
 
     /// The covariance of a pixel, px².

@@ -2,4 +2,7 @@
 mod bad_input;
 mod command;
 mod evaluate;
+mod help;
+mod landmarks;
 mod range;
+mod simulate;

@@ -1,0 +1,185 @@
+//! `landmarks`: pictures → floor corners, with an overlay to look at.
+use crate::{
+    Error, Result,
+    commands::progress,
+    draw::{Mark, ORANGE, Overlay, SEEN, Shape},
+    extraction::extractor,
+    files::{Outputs, Rig, to_file_or_stdout},
+    pictures::{self, Picture},
+};
+use clap::Args;
+use monorange_core::{
+    geometry::Sighting,
+    lines::{Corner, EdgePoint, Extraction, Truncations},
+};
+use nalgebra::Matrix2;
+use std::{
+    collections::HashSet,
+    fmt::Write as _,
+    path::{Path, PathBuf},
+};
+
+/// Floor corners of pictures: the feet of vertical edges on edges of the floor.
+///
+/// Writes `image,u,v,var_u,cov_uv,var_v,range,bearing,var_range,cov_range_bearing,var_bearing`, the most certain
+/// corner of a picture first; range and bearing are empty for a corner that does not look at the floor. The
+/// covariances are those of the corner's two lines and the rig's `pixel_std` together. A picture that cannot be
+/// read is named and left out.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Example:
+  monorange simulate --scene corridor --frames 10 --out corridor-10
+  monorange landmarks --rig corridor-10/rig.toml corridor-10/frames/000000.png --overlay corridor-10/overlay")]
+pub struct Arguments {
+    /// Camera and mount (TOML).
+    #[arg(long, value_name = "FILE")]
+    rig: PathBuf,
+    /// PNG, JPEG or PNM pictures, or folders of them.
+    #[arg(required = true, value_name = "IMAGE")]
+    images: Vec<PathBuf>,
+    /// Draw edges, lines, corners, horizon and a 1 m floor grid over every picture, into this folder.
+    #[arg(long, value_name = "DIR")]
+    overlay: Option<PathBuf>,
+    /// Write to this file instead of standard output.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When the rig is malformed, a picture has another size than the rig's, or none could be read.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let rig = Rig::read(&arguments.rig)?;
+    let mut extractor = extractor(&rig, rig.settings.extract)?;
+    let images = expand(&arguments.images)?;
+    let camera = rig.finder.camera();
+    for image in &images {
+        pictures::check_size(image, camera.width(), camera.height())?;
+    }
+    let mut outputs = arguments.overlay.as_deref().map(Outputs::into_folder).transpose()?;
+    let mut names = HashSet::new();
+    let mut table =
+        "image,u,v,var_u,cov_uv,var_v,range,bearing,var_range,cov_range_bearing,var_bearing\n".to_owned();
+    let (mut read, mut crowded, bar) = (0, 0, progress::bar(images.len(), "pictures"));
+    for image in &images {
+        bar.inc(1);
+        let picture = match Picture::read(image) {
+            Ok(picture) => picture,
+            Err(error) => {
+                bar.suspend(|| eprintln!("warning: left out: {error}"));
+                continue;
+            }
+        };
+        read += 1;
+        let extraction =
+            extractor.extract(picture.grey()?).map_err(|error| Error::new(error).at(image))?.clone();
+        for corner in &extraction.corners {
+            table.push_str(&row(&rig, image, corner));
+        }
+        let Truncations { lines, corners, .. } = extraction.truncations;
+        crowded += usize::from(lines + corners > 0);
+        if let Some(outputs) = &mut outputs {
+            let png = overlay(&rig, &extraction, extractor.edge_points(), &picture, image)?;
+            outputs.write(&overlay_name(image, &mut names), |out| out.write_all(&png))?;
+        }
+    }
+    bar.finish_and_clear();
+    if crowded > 0 {
+        eprintln!(
+            "note: {crowded} of {read} pictures show more lines or corners than are kept; the best ones are"
+        );
+    }
+    if read == 0 {
+        return Err(Error::new("none of the pictures could be read").help("give PNG, JPEG or PNM pictures"));
+    }
+    if let Some(outputs) = outputs {
+        outputs.commit()?;
+    }
+    to_file_or_stdout(arguments.out.as_deref(), |out| out.write_all(table.as_bytes()))
+}
+
+/// The pictures named, and those in the folders named.
+fn expand(images: &[PathBuf]) -> Result<Vec<PathBuf>> {
+    let mut expanded = Vec::new();
+    for image in images {
+        match image.is_dir() {
+            true => expanded.extend(pictures::in_folder(image)?),
+            false if image.exists() => expanded.push(image.clone()),
+            false => return Err(Error::new("no such file or folder").at(image).help("check the path")),
+        }
+    }
+    Ok(expanded)
+}
+
+fn row(rig: &Rig, image: &Path, corner: &Corner) -> String {
+    let (pixel, c) = (corner.pixel, covariance(rig, corner));
+    let image = image.display().to_string();
+    let image =
+        if image.contains([',', '"', '\n']) { format!("\"{}\"", image.replace('"', "\"\"")) } else { image };
+    let mut row = format!("{image},{},{},{},{},{}", pixel.x, pixel.y, c.m11, c.m12, c.m22);
+    let _ = match sight(rig, corner) {
+        Some((sighting, noise)) => writeln!(
+            row,
+            ",{},{},{},{},{}",
+            sighting.range, sighting.bearing, noise.m11, noise.m12, noise.m22
+        ),
+        None => writeln!(row, ",,,,,"),
+    };
+    row
+}
+
+fn sight(rig: &Rig, corner: &Corner) -> Option<(Sighting<f64>, Matrix2<f64>)> {
+    let sighting = rig.finder.sight(corner.pixel.cast()).ok()?;
+    Some((sighting, sighting.noise(&covariance(rig, corner))))
+}
+
+/// The corner's own covariance and what the camera's calibration leaves, px².
+fn covariance(rig: &Rig, corner: &Corner) -> Matrix2<f64> {
+    corner.covariance.cast() + rig.pixel_covariance()
+}
+
+fn overlay(
+    rig: &Rig,
+    extraction: &Extraction,
+    edges: &[EdgePoint],
+    picture: &Picture,
+    image: &Path,
+) -> Result<Vec<u8>> {
+    let mut overlay = Overlay::new(rig, &picture.pixels, 960)?;
+    let mut corners: Vec<_> = extraction.corners.iter().map(|corner| (corner, sight(rig, corner))).collect();
+    let range = |sighting: &Option<(Sighting<f64>, _)>| sighting.as_ref().map_or(f64::MAX, |(s, _)| s.range);
+    corners.sort_by(|a, b| range(&a.1).total_cmp(&range(&b.1))); // the nearest get the room for labels
+    let marks: Vec<_> = corners
+        .iter()
+        .map(|(corner, sighting)| Mark {
+            pixel: corner.pixel,
+            covariance: covariance(rig, corner).cast(),
+            colour: ORANGE,
+            shape: if sighting.is_some() { Shape::Dot } else { Shape::Ring },
+            labels: match sighting {
+                Some((s, noise)) => {
+                    vec![format!("{:.2} m ±{:.2}", s.range, noise.m11.sqrt()), format!("{:.2} m", s.range)]
+                }
+                None => vec!["above the horizon".to_owned()],
+            },
+        })
+        .collect();
+    overlay.floor();
+    overlay.lines(extraction, edges);
+    overlay.explain(&[SEEN]);
+    overlay.marks(&marks);
+    let name = image.file_name().unwrap_or_default().to_string_lossy();
+    let count = marks.len();
+    overlay.finish(&format!("{name}   {count} floor corner{}", if count == 1 { "" } else { "s" })).png()
+}
+
+/// The overlay's name: the picture's, numbered where two pictures of different folders share one.
+fn overlay_name(image: &Path, taken: &mut HashSet<String>) -> String {
+    let stem = image.file_stem().unwrap_or_default().to_string_lossy();
+    let numbered =
+        (1..).map(|number| if number == 1 { format!("{stem}.png") } else { format!("{stem}-{number}.png") });
+    let name = numbered.into_iter().find(|name| !taken.contains(name)).unwrap_or_default();
+    taken.insert(name.clone());
+    name
+}
