@@ -20,7 +20,7 @@ fn corners_have_the_range_that_their_pixel_has() {
             continue;
         }
         let ratio = found.parse::<f64>().unwrap() / expected.parse::<f64>().unwrap();
-        assert!((ratio - 1.0).abs() < 1e-9, "{found} {expected}");
+        assert!((ratio - 1.0).abs() < 1e-5, "{found} {expected}"); // pixels are printed in 32 bits
     }
     for name in ["000000", "000001", "000002"] {
         let drawn = image::open(folder.path(&format!("drawn/here/{name}.png"))).unwrap();
