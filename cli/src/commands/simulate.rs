@@ -24,9 +24,9 @@ pub struct Arguments {
     /// Where to drive.
     #[arg(long, value_enum)]
     scene: Place,
-    /// Pictures; the robot goes round again when the way is shorter.
-    #[arg(long, default_value_t = 600, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
-    frames: u32,
+    /// Pictures; the robot goes round again when the way is shorter. 600 unless given, 5 for `table2`.
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    frames: Option<u32>,
     /// People who cross and stop.
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u16).range(0..=100))]
     walkers: u16,
@@ -45,12 +45,25 @@ pub struct Arguments {
 enum Place {
     /// A closed loop, 66 m round, with doors, niches, pillars and posters.
     Corridor,
+    /// Two rooms with desks, cupboards and crates, 27 m round.
+    Office,
+    /// The five points of the paper's Table 2, one a frame; the robot does not drive.
+    Table2,
 }
 
 impl Place {
+    fn frames(self) -> u32 {
+        match self {
+            Self::Corridor | Self::Office => 600,
+            Self::Table2 => 5,
+        }
+    }
+
     fn scene(self, config: &SceneConfig) -> Scene {
         match self {
             Self::Corridor => Scene::corridor(config),
+            Self::Office => Scene::office(config),
+            Self::Table2 => Scene::table2(config),
         }
     }
 }
@@ -64,7 +77,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let scene = arguments.scene.scene(&SceneConfig { seed: arguments.seed, ..SceneConfig::default() });
     let config = SimConfig {
         seed: arguments.seed,
-        frames: arguments.frames as usize,
+        frames: arguments.frames.unwrap_or(arguments.scene.frames()) as usize,
         walkers: usize::from(arguments.walkers),
         ..SimConfig::default()
     };

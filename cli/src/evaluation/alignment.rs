@@ -1,10 +1,10 @@
-use clap::ValueEnum;
 use monorange_core::geometry::Pose;
 use nalgebra::{Matrix2, Rotation2, Vector2};
 use serde::Serialize;
 
 /// What may be fitted before errors are measured.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "command", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Align {
     /// Nothing: both are in the same frame.

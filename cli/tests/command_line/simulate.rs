@@ -43,3 +43,16 @@ fn an_occupied_folder_is_left_alone() {
         assert_eq!(folder.run(&format!("simulate {arguments}")).status, 2, "{arguments}");
     }
 }
+
+#[test]
+fn table_2_is_five_frames_with_its_points_at_their_range() {
+    let folder = Folder::new();
+    folder.run("simulate --scene table2 --out lab").success();
+    assert_eq!(folder.read("lab/times.txt").lines().count(), 5);
+    let landmarks = folder.read("lab/landmarks.csv");
+    let number = |name: &str| column(&landmarks, name)[0].parse::<f64>().unwrap();
+    assert!(
+        (number("x").hypot(number("y")) - 1.29).abs() < 1e-9,
+        "the first frame sees the table's first point"
+    );
+}
