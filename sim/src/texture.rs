@@ -6,21 +6,25 @@ use crate::random::{Random, Stream};
 /// Level ℓ holds averages over 2^ℓ × 2^ℓ texels, so that a pixel that covers many texels sees their mean
 /// instead of one of them.
 pub(crate) struct Texture {
+    /// Row-major, each row and column one longer than the texture, so that it wraps without a branch.
     levels: Vec<Vec<u16>>,
     log2_size: u32,
     texels_per_metre: f32,
 }
 
-/// What is stored for a factor of 1.
-const ONE: f32 = 16384.0;
+/// What is stored for a factor of 1; factors stay below 2.
+const ONE: f32 = 8192.0;
+/// One texel in fixed point.
+const FRACTION: f32 = 65536.0;
+/// More probes than this would overflow the sum.
+const MAX_COUNT: u32 = 64;
 
 impl Texture {
     /// From factors, row-major, `1 << log2_size` a side.
     fn new(factors: &[f32], log2_size: u32, texel: f32, contrast: f32) -> Self {
         let mean = factors.iter().sum::<f32>() / factors.len().max(1) as f32;
         let mut level: Vec<f32> = factors.iter().map(|factor| 1.0 + (factor - mean) * contrast).collect();
-        let quantize = |level: &[f32]| level.iter().map(|factor| (factor * ONE + 0.5) as u16).collect();
-        let mut levels = vec![quantize(&level)];
+        let mut levels = vec![quantize(&level, 1 << log2_size)];
         for log2 in (1..=log2_size).rev() {
             let size = 1_usize << log2;
             let pairs = level.chunks_exact(2 * size);
@@ -31,7 +35,7 @@ impl Texture {
                     columns.map(|(a, b)| (a[0] + a[1] + b[0] + b[1]) * 0.25)
                 })
                 .collect();
-            levels.push(quantize(&level));
+            levels.push(quantize(&level, size / 2));
         }
         Self { levels, log2_size, texels_per_metre: 1.0 / texel }
     }
@@ -49,25 +53,32 @@ impl Texture {
     #[inline]
     pub(crate) fn mean(&self, level: u32, first: [f32; 2], step: [f32; 2], count: u32) -> f32 {
         let Some(texels) = self.levels.get(level as usize) else { return 1.0 };
+        // Fixed point with 16 bits of fraction: wraps at 2³² like the texture does at its size.
         let bits = self.log2_size - level;
-        let scale = self.texels_per_metre / (1_u32 << level) as f32;
-        let mask = (1_i32 << bits) - 1;
-        let [mut x, mut y] = first.map(|metres| metres * scale - 0.5);
-        let [step_x, step_y] = step.map(|metres| metres * scale);
-        let mut sum = 0.0;
-        for _ in 0..count {
-            let (column, row) = (floor(x), floor(y));
-            let (fx, fy) = (x - column as f32, y - row as f32);
-            let (left, right) = (column & mask, column.wrapping_add(1) & mask);
-            let (top, bottom) = ((row & mask) << bits, (row.wrapping_add(1) & mask) << bits);
-            let at = |row: i32, column: i32| f32::from(texels[(row | column) as usize]);
-            let (a, b, c, d) = (at(top, left), at(top, right), at(bottom, left), at(bottom, right));
-            let (upper, lower) = (a + (b - a) * fx, c + (d - c) * fx);
-            sum += upper + (lower - upper) * fy;
-            x += step_x;
-            y += step_y;
+        let scale = self.texels_per_metre * FRACTION / (1_u32 << level) as f32;
+        let mask = (1_u32 << bits) - 1;
+        let stride = (1_usize << bits) + 1;
+        let fixed = |value: f32| value as i64 as u32;
+        let [mut x, mut y] = first.map(|metres| fixed(metres * scale - 0.5 * FRACTION));
+        let [step_x, step_y] = step.map(|metres| fixed(metres * scale));
+        let mut sum = 0_u32;
+        for _ in 0..count.min(MAX_COUNT) {
+            let (column, row) = ((x >> 16) & mask, (y >> 16) & mask);
+            let (fx, fy) = ((x >> 8) & 255, (y >> 8) & 255);
+            let index = row as usize * stride + column as usize;
+            let (Some(&[a, b]), Some(&[c, d])) = (
+                texels.get(index..).and_then(|texels| texels.first_chunk()),
+                texels.get(index + stride..).and_then(|texels| texels.first_chunk()),
+            ) else {
+                return 1.0;
+            };
+            let upper = u32::from(a) * (256 - fx) + u32::from(b) * fx;
+            let lower = u32::from(c) * (256 - fx) + u32::from(d) * fx;
+            sum += (upper * (256 - fy) + lower * fy) >> 8;
+            x = x.wrapping_add(step_x);
+            y = y.wrapping_add(step_y);
         }
-        sum / (ONE * count as f32)
+        sum as f32 / (256.0 * ONE * count as f32)
     }
 
     /// The factor at one point.
@@ -77,11 +88,11 @@ impl Texture {
     }
 }
 
-/// Floor of a number that fits an `i32`; `f32::floor` is a call where SSE4.1 may not be assumed.
-#[inline]
-fn floor(x: f32) -> i32 {
-    let truncated = x as i32;
-    truncated.wrapping_sub(i32::from((truncated as f32) > x))
+/// Fixed-point factors of a square level, with its first column and row repeated at the end.
+fn quantize(level: &[f32], size: usize) -> Vec<u16> {
+    let rows = level.chunks_exact(size).chain(level.chunks_exact(size).take(1));
+    let texels = rows.flat_map(|row| row.iter().chain(row.iter().take(1)));
+    texels.map(|factor| (factor.clamp(0.0, 1.99) * ONE + 0.5) as u16).collect()
 }
 
 /// Terrazzo tiles: chips of light and dark stone in a cloudy ground, tiles of slightly different tone, thin

@@ -178,6 +178,18 @@ fn hidden_corners_have_something_before_them() {
     assert!(counts.iter().all(|count| *count > 50), "visible, behind walls, behind people: {counts:?}");
 }
 
+/// No corner is half visible: an extractor that finds one is never right where the truth says nothing.
+#[test]
+fn every_vertex_of_the_plan_is_a_landmark() {
+    for seed in 0..20 {
+        let settings = SceneConfig { seed, ..SceneConfig::default() };
+        for scene in [Scene::corridor(&settings), Scene::office(&settings), Scene::table2(&settings)] {
+            let (walls, landmarks) = (scene.walls().len(), scene.landmarks().len());
+            assert_eq!(landmarks, walls, "{} {seed}", scene.name());
+        }
+    }
+}
+
 /// The way leads past enough corners to be worth driving.
 #[test]
 fn most_pictures_show_several_corners_within_five_metres() {

@@ -56,9 +56,9 @@ impl Part {
             let foot = seen(foot);
             let hip = middle + side * (left * 0.085);
             let (heel, toe) = (foot + ahead * 0.01, foot + ahead * 0.12);
-            add(heel, heel, LEG_RADIUS * 0.95, 0.0, 0.085, 26.0);
+            add(heel, heel, LEG_RADIUS * 0.97, 0.0, 0.08, 26.0);
             add(toe, toe, LEG_RADIUS * 0.72, 0.0, 0.06, 30.0);
-            add(foot, hip, LEG_RADIUS, 0.0, HIP, TROUSERS[person % TROUSERS.len()]);
+            add(foot, hip, LEG_RADIUS, 0.065, HIP, TROUSERS[person % TROUSERS.len()]);
         }
         add(middle, middle, 0.19, HIP - 0.08, 1.46, COATS[person % COATS.len()]);
         add(middle, middle, 0.095, 1.5, 1.74, 168.0);
@@ -68,6 +68,9 @@ impl Part {
     /// Depth of the near side along a ray.
     #[inline]
     pub(super) fn depth(&self, direction: &Vector3<f32>, lens_height: f32) -> Option<f32> {
+        if direction.z <= 0.0 && self.low >= lens_height {
+            return None; // the ray never rises to it
+        }
         // |depth · (D_xy − lean · D_z) − axis|² = radius²
         let across = direction.xy() - self.lean * direction.z;
         let (a, b) = (across.norm_squared(), across.dot(&self.axis));

@@ -38,11 +38,20 @@ pub(crate) struct View {
     lids: Vec<Lid>,
     pub(super) parts: Vec<Part>,
     feet: Vec<Vector2<f32>>,
-    /// For each bin, where its candidates begin in `items`.
-    first: Vec<u32>,
     items: Vec<Item>,
-    /// For each bin, how near the nearest of its things is.
-    nearest: Vec<f32>,
+    bins: Vec<Bin>,
+}
+
+/// What a direction of the plan can see.
+#[derive(Clone, Copy)]
+struct Bin {
+    /// Where its things begin and end in the items.
+    first: u32,
+    last: u32,
+    /// Nothing is nearer than this, m.
+    nearest: f32,
+    /// Whether a foot is near.
+    shadowed: bool,
 }
 
 #[derive(Clone, Copy)]
@@ -60,6 +69,7 @@ pub(super) struct Candidates<'a> {
     items: &'a [Item],
     /// Nothing is nearer than this, m along the floor.
     pub(super) nearest: f32,
+    shadowed: bool,
 }
 
 /// The first thing on a ray.
@@ -123,7 +133,7 @@ impl View {
                 feet.push(foot.cast());
             }
         }
-        let (first, items, nearest) = sorter.sorted();
+        let (bins, items) = sorter.sorted();
         Self {
             height: height as f32,
             ceiling: scene.ceiling as f32,
@@ -134,19 +144,17 @@ impl View {
             lids,
             parts,
             feet,
-            first,
+            bins,
             items,
-            nearest,
         }
     }
 
     /// `None` for a pixel without a ray.
     #[inline]
     pub(super) fn candidates(&self, bin: u16) -> Option<Candidates<'_>> {
-        let bin = usize::from(bin);
-        let (first, last) = (*self.first.get(bin)?, *self.first.get(bin + 1)?);
-        let items = self.items.get(first as usize..last as usize)?;
-        Some(Candidates { items, nearest: self.nearest[bin] })
+        let bin = self.bins.get(usize::from(bin))?;
+        let items = self.items.get(bin.first as usize..bin.last as usize)?;
+        Some(Candidates { items, nearest: bin.nearest, shadowed: bin.shadowed })
     }
 
     /// The first thing on the ray.
@@ -204,6 +212,9 @@ impl View {
     /// Share of the light that people keep from a point of the floor.
     #[inline]
     pub(super) fn shadow(&self, candidates: Candidates<'_>, plan: Vector2<f32>) -> f32 {
+        if !candidates.shadowed {
+            return 0.0;
+        }
         let mut light = 1.0;
         for item in candidates.items {
             if let Item::Shadow(index) = *item {
@@ -291,23 +302,23 @@ impl Sorter<'_> {
         }
     }
 
-    /// For each bin the start of its things, the things, and the distance of the nearest.
-    fn sorted(mut self) -> (Vec<u32>, Vec<Item>, Vec<f32>) {
+    /// The bins, and the things that they point into.
+    fn sorted(mut self) -> (Vec<Bin>, Vec<Item>) {
         let limits = self.limits;
         self.entries.retain(|(bin, near, _)| *near <= limits[usize::from(*bin)]);
-        let mut first = vec![0_u32; BINS + 1];
-        let mut nearest = vec![f32::INFINITY; BINS];
-        for (bin, near, item) in &self.entries {
-            let bin = usize::from(*bin);
-            first[bin + 1] += 1;
-            if !matches!(item, Item::Shadow(_)) {
-                nearest[bin] = nearest[bin].min(*near as f32 * 0.999);
+        self.entries.sort_by_key(|(bin, _, _)| *bin);
+        let mut bins = vec![Bin { first: 0, last: 0, nearest: f32::INFINITY, shadowed: false }; BINS];
+        for (index, (bin, near, item)) in self.entries.iter().enumerate() {
+            let bin = &mut bins[usize::from(*bin)];
+            if bin.last == 0 {
+                bin.first = index as u32;
+            }
+            bin.last = index as u32 + 1;
+            match item {
+                Item::Shadow(_) => bin.shadowed = true,
+                _ => bin.nearest = bin.nearest.min(*near as f32 * 0.999),
             }
         }
-        for bin in 0..BINS {
-            first[bin + 1] += first[bin];
-        }
-        self.entries.sort_by_key(|(bin, _, _)| *bin);
-        (first, self.entries.into_iter().map(|(_, _, item)| item).collect(), nearest)
+        (bins, self.entries.into_iter().map(|(_, _, item)| item).collect())
     }
 }

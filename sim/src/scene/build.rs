@@ -5,6 +5,7 @@ use nalgebra::Vector2;
 
 pub(super) const FLOOR_GREY: f32 = 126.0;
 pub(super) const WALL_GREY: f32 = 202.0;
+// Greys are chosen so that neighbours differ by CONTRAST whichever way they face: no corner is half visible.
 /// Grey levels of door leaves; none is near the floor's.
 const LEAVES: [f32; 5] = [58.0, 72.0, 86.0, 166.0, 180.0];
 
@@ -113,12 +114,12 @@ impl Outline {
             match kind {
                 ..0.55 => self.door(plan, width, config, random),
                 ..0.75 => {
-                    let (depth, back) = (random.within(0.22, 0.38), [142.0, 158.0][random.index(2)]);
-                    let paints = [176.0, back].map(|grey| Paint::skirted(config, grey));
+                    let (depth, back) = (random.within(0.22, 0.38), [110.0, 214.0][random.index(2)]);
+                    let paints = [156.0, back].map(|grey| Paint::skirted(config, grey));
                     self.step(plan, depth, width, paints[0], paints[1]);
                 }
                 _ => {
-                    let pillar = Paint::skirted(config, 166.0);
+                    let pillar = Paint::skirted(config, 156.0);
                     self.step(plan, -random.within(0.14, 0.2), width, pillar, pillar);
                 }
             }
@@ -131,7 +132,7 @@ impl Outline {
     /// A door leaf set back in a frame.
     fn door(&mut self, plan: &mut Plan, width: f64, config: &SceneConfig, random: &mut Random) {
         let leaf = Paint { grey: LEAVES[random.index(LEAVES.len())], skirting: None };
-        let frame = Paint { grey: if leaf.grey > 120.0 { 76.0 } else { 224.0 }, skirting: None };
+        let frame = Paint { grey: if leaf.grey > 120.0 { 76.0 } else { 30.0 }, skirting: None };
         let face = self.step(plan, random.within(0.11, 0.16), width, frame, leaf);
         if config.posters {
             let handle = if random.chance(0.5) { [0.06, 0.18] } else { [width - 0.18, width - 0.06] };

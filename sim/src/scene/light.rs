@@ -8,7 +8,6 @@ use nalgebra::Vector2;
 pub(crate) struct LightMap {
     origin: [f32; 2],
     columns: usize,
-    rows: usize,
     /// (on the floor, on what stands there)
     cells: Vec<[f32; 2]>,
 }
@@ -88,7 +87,7 @@ impl LightMap {
                 cells.push([even(bright * shade * (1.0 + stain[index])), even(bright)]);
             }
         }
-        Self { origin: [low.x as f32, low.y as f32], columns, rows, cells }
+        Self { origin: [low.x as f32, low.y as f32], columns, cells }
     }
 
     /// On the floor at a place of the plan.
@@ -105,13 +104,14 @@ impl LightMap {
 
     #[inline]
     fn at<const KIND: usize>(&self, x: f32, y: f32) -> f32 {
-        let inverse = 1.0 / CELL as f32;
-        let limit = |value: f32, size: usize| value.clamp(0.0, size as f32 - 1.01);
-        let x = limit((x - self.origin[0]) * inverse - 0.5, self.columns);
-        let y = limit((y - self.origin[1]) * inverse - 0.5, self.rows);
-        let (column, row) = (x as u32, y as u32);
-        let (fx, fy) = (x - column as f32, y - row as f32);
-        let index = row as usize * self.columns + column as usize;
+        const FRACTION: f32 = 65536.0;
+        let inverse = FRACTION / CELL as f32;
+        let x = ((x - self.origin[0]) * inverse - 0.5 * FRACTION) as i32;
+        let y = ((y - self.origin[1]) * inverse - 0.5 * FRACTION) as i32;
+        let [fx, fy] = [x, y].map(|fixed| (fixed & 0xffff) as f32 * (1.0 / FRACTION));
+        // The map reaches half a metre beyond the walls; nothing is seen outside it.
+        let (column, row) = ((x >> 16).max(0) as usize, (y >> 16).max(0) as usize);
+        let index = row * self.columns + column;
         let (Some([a, b]), Some([c, d])) = (
             self.cells.get(index..).and_then(|cells| cells.first_chunk::<2>()),
             self.cells.get(index + self.columns..).and_then(|cells| cells.first_chunk::<2>()),

@@ -94,7 +94,7 @@ fn furniture(plan: &mut Plan, random: &mut Random) {
         ([8.4, 4.35], [0.5, 0.6]),
     ];
     /// Fronts and sides: light and dark wood, metal, cardboard.
-    const GREYS: [[f32; 2]; 4] = [[196.0, 168.0], [58.0, 84.0], [92.0, 66.0], [170.0, 200.0]];
+    const GREYS: [[f32; 2]; 4] = [[214.0, 160.0], [48.0, 92.0], [92.0, 48.0], [66.0, 204.0]];
     for (middle, sides) in PLACES {
         let angle = random.within(-0.12, 0.12);
         let along = Vector2::new(libm::cos(angle), libm::sin(angle));
