@@ -12,6 +12,7 @@
 //! | [`homography`] | matches | a homography with its covariance, the robot's motion over the floor |
 //! | [`association`] | corners and landmarks | who is who |
 //! | [`slam`] | odometry and measurements | pose, map and their joint covariance |
+//! | [`pipeline`] | rows of pictures and odometry | all of it |
 //!
 //! Everything is `no_std`, without a heap and without `unsafe`. Elementary functions come from `libm` on
 //! every target, and no multiplication is fused with an addition, so that the same input gives the same
@@ -22,6 +23,9 @@
 #[cfg(test)]
 extern crate std;
 
+#[cfg(feature = "alloc")]
+extern crate alloc;
+
 mod error;
 mod real;
 
@@ -31,6 +35,7 @@ pub mod geometry;
 pub mod homography;
 pub mod image;
 pub mod lines;
+pub mod pipeline;
 pub mod slam;
 
 pub use error::{Error, Result};

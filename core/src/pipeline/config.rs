@@ -1,0 +1,122 @@
+use super::MotionNoise;
+use crate::geometry::RangeFinder;
+use crate::lines::ExtractConfig;
+use crate::slam::{Covariance, FilterConfig, MapConfig, Variant, View};
+use nalgebra::Vector2;
+use crate::{Error, Result};
+
+/// What the filter is told of a floor corner.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Model {
+    /// Range and bearing with first-order covariance, as in the paper.
+    RangeBearing,
+    /// The pixel itself, whose noise is Gaussian up to the horizon.
+    #[default]
+    Pixel,
+}
+
+/// What is done about the mount's own error, which all corners share.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MountError {
+    /// The mount is taken as exact.
+    Exact,
+    /// Its standard deviations are states of the filter, which then calibrates the mount as it drives.
+    #[default]
+    Estimated,
+}
+
+/// Settings of the whole pipeline. Checked once, by [`Pipeline::new`](super::Pipeline::new).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Config {
+    /// The camera on its mount.
+    pub finder: RangeFinder<f32>,
+    /// Standard deviations of the mount's height (m), tilt, roll and yaw (rad).
+    pub mount_std: [f32; 4],
+    /// What is done about them.
+    pub mount_error: MountError,
+    /// What the filter is told of a corner.
+    pub model: Model,
+    /// Least standard deviation of a corner in either direction, px: what calibration and undistortion leave.
+    pub corner_std_floor_px: f32,
+    /// Least angle below the horizon at which a corner is measured, rad: nearer to it a range is a guess.
+    pub min_depression: f32,
+    /// Which filter, and its gate. Its range finder and mount states are set from the fields above.
+    pub filter: FilterConfig<f32>,
+    /// Who is who, and what becomes of landmarks. Its view is set from the camera.
+    pub map: MapConfig<f32>,
+    /// Of the wheels.
+    pub motion: MotionNoise,
+    /// What counts as an edge, a line and a corner.
+    pub extract: ExtractConfig,
+}
+
+impl Config {
+    /// The defaults for a camera on its mount.
+    pub fn new(finder: RangeFinder<f32>) -> Self {
+        Self {
+            finder,
+            mount_std: [0.005, 0.005, 0.005, 0.005],
+            mount_error: MountError::default(),
+            model: Model::default(),
+            corner_std_floor_px: 0.3,
+            min_depression: 2_f32.to_radians(),
+            filter: FilterConfig::default(),
+            map: MapConfig::default(),
+            motion: MotionNoise::default(),
+            extract: ExtractConfig::default(),
+        }
+    }
+
+    /// The paper's own choices where this project has others: textbook filter, range and bearing, the mount taken
+    /// as exact.
+    pub fn as_in_the_paper(finder: RangeFinder<f32>) -> Self {
+        let mut config = Self::new(finder);
+        config.filter.variant = Variant::Textbook;
+        config.filter.covariance = Covariance::Packed;
+        config.model = Model::RangeBearing;
+        config.mount_error = MountError::Exact;
+        config
+    }
+
+    pub(super) fn validated(mut self) -> Result<Self> {
+        let positive = [
+            ("association.corner_std_floor_px", self.corner_std_floor_px),
+            ("association.min_depression", self.min_depression),
+        ];
+        let at_least_zero =
+            ["mount.height_std", "mount.tilt_std", "mount.roll_std", "mount.yaw_std"].into_iter().zip(self.mount_std);
+        for (name, value) in at_least_zero.chain(positive) {
+            if !(value.is_finite() && value >= 0.0) {
+                return Err(Error::OutOfRange { name, value: value.into(), expected: "finite and at least 0" });
+            }
+        }
+        self.motion = self.motion.validated()?;
+        self.extract = self.extract.validated()?;
+        self.filter.finder = Some(self.finder);
+        self.filter.mount_std = match self.mount_error {
+            MountError::Exact => None,
+            // A parameter known exactly is a state that hardly moves: the filter wants variances above 0.
+            MountError::Estimated => Some(self.mount_std.map(|std| std.max(1e-5))),
+        };
+        self.map.view = self.view();
+        Ok(self)
+    }
+
+    /// The farthest range that is used, m.
+    pub(super) fn max_range(&self) -> f32 {
+        self.finder.mount().height() / libm::tanf(self.min_depression)
+    }
+
+    /// The part of the floor that is in the picture, as a sector round the robot.
+    fn view(&self) -> View<f32> {
+        let camera = self.finder.camera();
+        let (width, height) = (camera.width() as f32, camera.height() as f32);
+        let bearing = |u: f32| self.finder.sight(Vector2::new(u, 0.6 * height)).map_or(0.0, |seen| seen.bearing.abs());
+        let bottom = self.finder.sight(Vector2::new(0.5 * width, height - 1.0));
+        View {
+            near: bottom.map_or(0.0, |seen| seen.range),
+            far: self.max_range(),
+            half_angle: bearing(0.0).min(bearing(width - 1.0)),
+        }
+    }
+}

@@ -1,0 +1,231 @@
+//! The front door: rows of pictures and odometry in; pose, map and a report out.
+//!
+//! ```text
+//! odometry ──────────────► predict                                                     (8), (12)
+//! rows ──► extractor ──► corners ──► pixel, or range and bearing, with covariance      (1)–(7)
+//!                                      └► association ──► update, birth, upkeep        (9), (13)
+//! ```
+//!
+//! [`Config`] is checked once; the state is the [`Pipeline`]'s filter and extractor; each picture gives a
+//! [`Report`]. A picture comes whole ([`Pipeline::step`]) or row by row as a serial line delivers it
+//! ([`begin`](Pipeline::begin), [`push_row`](Pipeline::push_row), [`finish`](Pipeline::finish)): the same code, and
+//! the same bits on every target.
+mod config;
+mod motion_noise;
+mod report;
+mod storage;
+
+pub use config::{Config, Model, MountError};
+pub use motion_noise::{MotionNoise, Odometry};
+#[cfg(feature = "alloc")]
+pub use storage::OnHeap;
+pub use report::{CornerReport, Report};
+pub use storage::{Memory, Storage};
+
+use crate::Result;
+use crate::geometry::{Pose, RangeFinder};
+use crate::image::Grey;
+use crate::lines::{EdgePoint, Extraction, Extractor, MAX_CORNERS};
+use crate::slam::{Feature, Filter, Health, Map, Measurement, Outcome};
+use nalgebra::{Matrix2, Matrix3, Vector2};
+
+/// The whole pipeline over memory of the kind `S`.
+///
+/// ```
+/// # #[cfg(feature = "alloc")] {
+/// use monorange_core::geometry::{Camera, Mount, RangeFinder};
+/// use monorange_core::image::Grey;
+/// use monorange_core::pipeline::{Config, Memory, Odometry, Pipeline};
+/// const W: usize = 160;
+/// const H: usize = 120;
+/// // A wall's edge at u = 80 comes down to the floor at v = 70.
+/// let pixels: Vec<u8> =
+///     (0..W * H).map(|k| if k / W > 70 { 60 } else if k % W > 80 { 180 } else { 120 }).collect();
+/// let camera = Camera::new(W, H, [180.0, 180.0], [80.0, 60.0], 0.0, Default::default())?;
+/// let finder = RangeFinder::new(camera, Mount::new([0.4, 0.1, 0.0, 0.0, 0.0, 0.0])?);
+/// let mut pipeline = Pipeline::new(Config::new(finder), Memory::on_heap(W, H, 32))?;
+/// pipeline.odometry(0.1, &Odometry::Velocity { v: 0.2, omega: 0.0, seconds: 0.1 })?;
+/// let report = pipeline.step(0.1, Grey::new(&pixels, W, H)?)?;
+/// assert_eq!(report.corners.len(), 1);
+/// assert!((report.corners[0].range - 2.5).abs() < 0.1);
+/// # }
+/// # Ok::<(), monorange_core::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Pipeline<S: Storage> {
+    config: Config,
+    extractor: Extractor<S::Words, S::Masks, S::Points>,
+    map: Map<f32, S::Numbers, S::Landmarks>,
+    frame: u32,
+}
+
+impl<S: Storage> Pipeline<S> {
+    /// A pipeline at the world's origin with an empty map.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`](crate::Error::OutOfRange) for an unusable setting, [`Error::Size`](crate::Error::Size)
+    /// when `memory` is too small.
+    pub fn new(config: Config, memory: Memory<S>) -> Result<Self> {
+        let config = config.validated()?;
+        let Memory { words, masks, points, numbers, landmarks } = memory;
+        let extractor = Extractor::new(config.extract, config.finder, words, masks, points)?;
+        let filter = Filter::new(numbers, landmarks, Pose::default(), Matrix3::zeros(), config.filter)?;
+        let map = Map::new(filter, config.map)?;
+        Ok(Self { config, extractor, map, frame: 0 })
+    }
+
+    /// The settings.
+    pub fn config(&self) -> &Config {
+        &self.config
+    }
+
+    /// Pose, map and their covariance.
+    pub fn filter(&self) -> &Filter<f32, S::Numbers, S::Landmarks> {
+        self.map.filter()
+    }
+
+    /// How far the filter's own figures can be believed.
+    pub fn health(&self) -> &Health<f32> {
+        self.map.health()
+    }
+
+    /// Pictures so far.
+    pub fn frames(&self) -> u32 {
+        self.frame
+    }
+
+    /// The range finder with the mount as estimated so far.
+    pub fn finder(&self) -> RangeFinder<f32> {
+        self.filter().finder().unwrap_or(self.config.finder)
+    }
+
+    /// Moves the robot by one reading of its odometry, up to `time` in seconds.
+    ///
+    /// # Errors
+    /// [`Error::TimeBackwards`](crate::Error::TimeBackwards);
+    /// [`Error::OutOfRange`](crate::Error::OutOfRange) for a number that is not finite.
+    pub fn odometry(&mut self, time: f64, odometry: &Odometry) -> Result<()> {
+        self.map.filter_mut().predict(time, &self.config.motion.increment(odometry))
+    }
+
+    /// Takes a whole picture, as of `time` in seconds.
+    ///
+    /// # Errors
+    /// As [`push_row`](Self::push_row) and [`finish`](Self::finish).
+    pub fn step(&mut self, time: f64, picture: Grey<'_>) -> Result<Report> {
+        self.begin();
+        for row in picture.rows() {
+            self.push_row(row)?;
+        }
+        self.finish(time)
+    }
+
+    /// Begins a picture; one that was not finished is forgotten.
+    pub fn begin(&mut self) {
+        self.extractor.begin();
+    }
+
+    /// Takes the next row of the picture.
+    ///
+    /// # Errors
+    /// [`Error::Size`](crate::Error::Size) for a row of another width or one too many.
+    pub fn push_row(&mut self, pixels: &[u8]) -> Result<()> {
+        self.extractor.push_row(pixels)
+    }
+
+    /// Ends the picture: its corners correct pose and map.
+    ///
+    /// # Errors
+    /// [`Error::Size`](crate::Error::Size) when rows are missing,
+    /// [`Error::TimeBackwards`](crate::Error::TimeBackwards).
+    pub fn finish(&mut self, time: f64) -> Result<Report> {
+        let corners = self.extractor.finish()?.corners.clone();
+        let truncations = self.extractor.finish()?.truncations;
+        let mut report = self.observe(time, corners.iter().map(|corner| (corner.pixel, corner.covariance)))?;
+        report.truncations = truncations;
+        Ok(report)
+    }
+
+    /// What the extractor found in the last picture, after [`finish`](Self::finish).
+    ///
+    /// # Errors
+    /// [`Error::Size`](crate::Error::Size) when the picture is not complete.
+    pub fn extraction(&mut self) -> Result<&Extraction> {
+        self.extractor.finish()
+    }
+
+    /// The last picture's edge points.
+    pub fn edge_points(&self) -> &[EdgePoint] {
+        self.extractor.edge_points()
+    }
+
+    /// Takes floor corners (pixel, covariance in px²) that were found elsewhere, at most [`MAX_CORNERS`].
+    ///
+    /// # Errors
+    /// [`Error::TimeBackwards`](crate::Error::TimeBackwards).
+    pub fn observe(
+        &mut self,
+        time: f64,
+        corners: impl IntoIterator<Item = (Vector2<f32>, Matrix2<f32>)>,
+    ) -> Result<Report> {
+        let finder = self.finder();
+        let mut sighted = heapless::Vec::<CornerReport, MAX_CORNERS>::new();
+        let mut features = heapless::Vec::<Feature<f32>, MAX_CORNERS>::new();
+        let mut without_range = 0;
+        for (pixel, covariance) in corners {
+            let used = self.sight(&finder, pixel, covariance).and_then(|(report, feature)| {
+                sighted.push(report).ok()?;
+                features.push(feature).ok()
+            });
+            without_range += u32::from(used.is_none());
+        }
+        if time > self.filter().time() {
+            self.map.filter_mut().predict(time, &Increment::still())?;
+        }
+        let mut outcomes = [Outcome::default(); MAX_CORNERS];
+        let map = self.map.observe(&features, |_, _| true, &mut outcomes)?;
+        for (corner, outcome) in sighted.iter_mut().zip(outcomes) {
+            corner.outcome = outcome;
+        }
+        self.frame += 1;
+        Ok(Report {
+            frame: self.frame - 1,
+            time,
+            pose: self.filter().pose(),
+            pose_covariance: self.filter().pose_covariance(),
+            corners: sighted,
+            without_range,
+            map,
+            truncations: Default::default(),
+        })
+    }
+
+    /// A corner as the filter takes it, or `None` where it has no range worth the name.
+    fn sight(
+        &self,
+        finder: &RangeFinder<f32>,
+        pixel: Vector2<f32>,
+        mut covariance: Matrix2<f32>,
+    ) -> Option<(CornerReport, Feature<f32>)> {
+        let floor = self.config.corner_std_floor_px;
+        covariance.m11 += floor * floor;
+        covariance.m22 += floor * floor;
+        let sighting = finder.sight(pixel).ok()?;
+        if sighting.range > self.config.max_range() {
+            return None;
+        }
+        let measurement = match self.config.model {
+            Model::Pixel => Measurement::Pixel { pixel, covariance },
+            Model::RangeBearing => Measurement::from_floor_pixel(finder, pixel, &covariance)?,
+        };
+        let report = CornerReport {
+            pixel,
+            pixel_covariance: covariance,
+            range: sighting.range,
+            bearing: sighting.bearing,
+            covariance: sighting.noise(&covariance),
+            outcome: Outcome::default(),
+        };
+        Some((report, Feature { pixel: Some(pixel), ..Feature::new(measurement) }))
+    }
+}

@@ -1,0 +1,129 @@
+use crate::slam::{Increment, Integration};
+use crate::{Error, Result};
+use nalgebra::{Matrix2, Matrix3, Vector3};
+
+/// How well the robot's wheels tell its motion.
+///
+/// The standard deviations of one reading (v, ω) that held for Δt seconds are
+///
+/// ```text
+/// σ_v² = (speed_by_speed · v)² + speed_floor²
+/// σ_ω² = (turn_by_turn · ω)² + (turn_by_speed · v)² + turn_floor²
+/// ```
+///
+/// taken as independent from reading to reading, and as constant during one. Increments (d_x, d_y, Δθ) since the
+/// reading before are treated alike, with v Δt the distance driven; what lies across the robot gets
+/// `slip_by_speed` of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotionNoise {
+    /// Speed error for each m/s.
+    pub speed_by_speed: f32,
+    /// Turn rate error for each rad/s.
+    pub turn_by_turn: f32,
+    /// Turn rate error for each m/s, rad/m.
+    pub turn_by_speed: f32,
+    /// Sideways error for each metre driven.
+    pub slip_by_speed: f32,
+    /// Speed error at rest, m/s.
+    pub speed_floor: f32,
+    /// Turn rate error at rest, rad/s.
+    pub turn_floor: f32,
+}
+
+impl Default for MotionNoise {
+    fn default() -> Self {
+        Self {
+            speed_by_speed: 0.05,
+            turn_by_turn: 0.05,
+            turn_by_speed: 0.05,
+            slip_by_speed: 0.01,
+            speed_floor: 1e-3,
+            turn_floor: 1e-3,
+        }
+    }
+}
+
+impl MotionNoise {
+    /// The noise itself if every number can be used.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for a number that is not finite or below 0.
+    pub fn validated(self) -> Result<Self> {
+        let numbers = [
+            ("filter.speed_by_speed", self.speed_by_speed),
+            ("filter.turn_by_turn", self.turn_by_turn),
+            ("filter.turn_by_speed", self.turn_by_speed),
+            ("filter.slip_by_speed", self.slip_by_speed),
+            ("filter.speed_floor", self.speed_floor),
+            ("filter.turn_floor", self.turn_floor),
+        ];
+        for (name, value) in numbers {
+            if !(value.is_finite() && value >= 0.0) {
+                return Err(Error::OutOfRange { name, value: value.into(), expected: "finite and at least 0" });
+            }
+        }
+        Ok(self)
+    }
+
+    /// The step that a reading makes, with its covariance.
+    pub fn increment(&self, odometry: &Odometry) -> Increment<f32> {
+        match *odometry {
+            Odometry::Velocity { v, omega, seconds } => {
+                let ([v_part, omega_part], [v_floor, omega_floor]) = (self.proportional(v, omega), self.floors());
+                let covariance = Matrix2::new(v_part + v_floor, 0.0, 0.0, omega_part + omega_floor);
+                Increment::from_velocity(v, omega, seconds, &covariance, Integration::Arc)
+            }
+            Odometry::Increment { forward, left, turn, seconds } => {
+                // As velocities over one second; only the floors depend on how long it took.
+                let distance = libm::sqrtf(forward * forward + left * left);
+                let [along, heading] = self.proportional(distance, turn);
+                let [speed_floor, turn_floor] = self.floors().map(|var| var * seconds * seconds);
+                let across = square(self.slip_by_speed * distance);
+                let diagonal = [along + speed_floor, across + speed_floor, heading + turn_floor];
+                Increment {
+                    delta: Vector3::new(forward, left, turn),
+                    covariance: Matrix3::from_diagonal(&diagonal.into()),
+                }
+            }
+        }
+    }
+
+    /// Variances of (v, ω) that grow with the motion.
+    fn proportional(&self, v: f32, omega: f32) -> [f32; 2] {
+        [square(self.speed_by_speed * v), square(self.turn_by_turn * omega) + square(self.turn_by_speed * v)]
+    }
+
+    /// Variances of (v, ω) at rest.
+    fn floors(&self) -> [f32; 2] {
+        [square(self.speed_floor), square(self.turn_floor)]
+    }
+}
+
+fn square(x: f32) -> f32 {
+    x * x
+}
+
+/// One reading of the robot's odometry.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Odometry {
+    /// Speed (m/s) and turn rate (rad/s) that held for some time.
+    Velocity {
+        /// Forward, m/s.
+        v: f32,
+        /// To the left, rad/s.
+        omega: f32,
+        /// How long.
+        seconds: f32,
+    },
+    /// What the robot moved since the reading before, in its own frame then.
+    Increment {
+        /// d_x, m.
+        forward: f32,
+        /// d_y, m.
+        left: f32,
+        /// Δθ, rad.
+        turn: f32,
+        /// Since the reading before.
+        seconds: f32,
+    },
+}

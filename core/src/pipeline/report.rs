@@ -1,0 +1,42 @@
+use crate::geometry::Pose;
+use crate::lines::{MAX_CORNERS, Truncations};
+use crate::slam::{MapReport, Outcome};
+use nalgebra::{Matrix2, Matrix3, Vector2};
+
+/// What became of one floor corner.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CornerReport {
+    /// In the picture, px.
+    pub pixel: Vector2<f32>,
+    /// Covariance of the pixel, px².
+    pub pixel_covariance: Matrix2<f32>,
+    /// From the robot's origin, m.
+    pub range: f32,
+    /// Positive to the left, rad.
+    pub bearing: f32,
+    /// Covariance of (range, bearing) as the filter took it.
+    pub covariance: Matrix2<f32>,
+    /// What the filter did with it.
+    pub outcome: Outcome<f32>,
+}
+
+/// What one picture brought.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Report {
+    /// Pictures before this one.
+    pub frame: u32,
+    /// Seconds.
+    pub time: f64,
+    /// Robot in the world.
+    pub pose: Pose<f32>,
+    /// Covariance of (x, y, heading).
+    pub pose_covariance: Matrix3<f32>,
+    /// The corners with a range, in the order of the extraction.
+    pub corners: heapless::Vec<CornerReport, MAX_CORNERS>,
+    /// Corners found but not used: above the horizon, outside the lens model, or beyond `max_range`.
+    pub without_range: u32,
+    /// What happened to the map.
+    pub map: MapReport,
+    /// Edge points, lines and corners that did not fit.
+    pub truncations: Truncations,
+}

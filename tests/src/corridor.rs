@@ -1,0 +1,174 @@
+//! The pipeline on a simulated corridor, and how well it did against the truth.
+use monorange_core::Result;
+use monorange_core::geometry::{Camera, Distortion, Mount, Pose, RangeFinder, wrap_angle};
+use monorange_core::image::Grey;
+use monorange_core::pipeline::{Config, Memory, MotionNoise, Odometry, OnHeap, Pipeline};
+use monorange_sim::{MOUNT_STD, Simulation};
+use nalgebra::{Vector2, Vector3};
+
+/// The rig in the pipeline's precision.
+///
+/// # Errors
+/// None for a rig that is valid already.
+pub fn single_precision(finder: &RangeFinder<f64>) -> Result<RangeFinder<f32>> {
+    let (camera, lens) = (finder.camera(), finder.camera().distortion());
+    let [k1, k2, p1, p2, k3] = [lens.k1, lens.k2, lens.p1, lens.p2, lens.k3].map(|k| k as f32);
+    let focal = camera.focal().map(|f| f as f32).into();
+    let principal = camera.principal().map(|c| c as f32).into();
+    let lens = Distortion { k1, k2, p1, p2, k3 };
+    let camera = Camera::new(camera.width(), camera.height(), focal, principal, camera.skew() as f32, lens)?;
+    Ok(RangeFinder::new(camera, Mount::new(finder.mount().parameters().map(|p| p as f32))?))
+}
+
+/// The settings that fit a simulation: its rig, and the noise its odometry was drawn with.
+///
+/// # Errors
+/// None for a simulation that could be made.
+pub fn config_for(simulation: &Simulation) -> Result<Config> {
+    let mut config = Config::new(single_precision(simulation.rig())?);
+    let [height, tilt, roll, yaw, ..] = MOUNT_STD.map(|std| std as f32);
+    config.mount_std = [height, tilt, roll, yaw];
+    let noise = simulation.odometry_noise();
+    config.motion = MotionNoise {
+        speed_by_speed: noise.speed_by_speed.hypot(noise.speed_scale) as f32,
+        turn_by_turn: noise.turn_by_turn.hypot(noise.turn_scale) as f32,
+        turn_by_speed: noise.turn_by_speed as f32,
+        ..MotionNoise::default()
+    };
+    Ok(config)
+}
+
+/// How a run went.
+#[derive(Clone, Debug, Default)]
+pub struct Score {
+    /// Length of the way, m.
+    pub path: f64,
+    /// Corners reported, and those within 3 px of a true one that could be seen.
+    pub corners: [usize; 2],
+    /// True corners that could be seen at 0.5 m to 6 m, and those that were reported.
+    pub visible: [usize; 2],
+    /// |range error| / range of true corners within 3 m, sorted.
+    pub range_errors: Vec<f64>,
+    /// Distance from the true position at the end, m.
+    pub end_error: f64,
+    /// Root mean square distance from the true position, m.
+    pub position_rms: f64,
+    /// The worst of x, y, heading: share of poses within 3σ.
+    pub within_3_sigma: f64,
+    /// Mean NEES of the pose (3 is right).
+    pub nees: f64,
+    /// Landmarks at the end, and true corners that were ever reported.
+    pub map: [usize; 2],
+    /// Distances of landmarks from the nearest true corner, m, sorted.
+    pub landmark_errors: Vec<f64>,
+    /// Updates by a corner that is not the landmark's true one, and updates.
+    pub wrong: [usize; 2],
+}
+
+impl Score {
+    /// Share of reported corners that are true.
+    pub fn precision(&self) -> f64 {
+        self.corners[1] as f64 / self.corners[0].max(1) as f64
+    }
+
+    /// Share of visible corners that are reported.
+    pub fn recall(&self) -> f64 {
+        self.visible[1] as f64 / self.visible[0].max(1) as f64
+    }
+
+    /// Share of the way that the end is off by.
+    pub fn end_share(&self) -> f64 {
+        self.end_error / self.path
+    }
+}
+
+/// The middle one of sorted numbers; 0 without any.
+pub fn median(sorted: &[f64]) -> f64 {
+    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// Runs the pipeline over a whole simulation.
+///
+/// # Errors
+/// What the pipeline or the simulator refuses.
+pub fn run(simulation: &Simulation, config: Config) -> Result<Score> {
+    let camera = *simulation.rig().camera();
+    let (width, height) = (camera.width(), camera.height());
+    let mut pipeline = Pipeline::<OnHeap>::new(config, Memory::on_heap(width, height, 512))?;
+    let mut pixels = vec![0; width * height];
+    let mut score = Score::default();
+    let world_from_start = simulation.true_pose(0);
+    let (mut squares, mut inside, mut nees) = (0.0, [0usize; 3], 0.0);
+    let mut reported = std::collections::BTreeSet::new();
+    let mut owners = std::collections::BTreeMap::new();
+    for frame in 0..simulation.len() {
+        let time = simulation.time(frame);
+        if let Some(before) = frame.checked_sub(1) {
+            let (twist, seconds) = (simulation.odometry(before), time - simulation.time(before));
+            let (v, omega) = (twist.speed as f32, twist.turn as f32);
+            pipeline.odometry(time, &Odometry::Velocity { v, omega, seconds: seconds as f32 })?;
+            let [from, to] = [before, frame].map(|frame| simulation.true_pose(frame).position());
+            score.path += (to - from).norm();
+        }
+        simulation.render(frame, &mut pixels)?;
+        let report = pipeline.step(time, Grey::new(&pixels, width, height)?)?;
+
+        let truth = simulation.visible_corners(frame);
+        for corner in &report.corners {
+            let pixel: Vector2<f64> = corner.pixel.cast();
+            let distance = |true_pixel: Vector2<f64>| (true_pixel - pixel).norm();
+            let nearest = truth.iter().min_by(|a, b| distance(a.pixel).total_cmp(&distance(b.pixel)));
+            let nearest = nearest.filter(|true_corner| distance(true_corner.pixel) <= 3.0);
+            score.corners[0] += 1;
+            score.corners[1] += usize::from(nearest.is_some());
+            let Some(true_corner) = nearest else { continue };
+            reported.insert(true_corner.id);
+            if true_corner.range <= 3.0 {
+                score.range_errors.push((f64::from(corner.range) / true_corner.range - 1.0).abs());
+            }
+            if let (Some(landmark), Some(_)) = (corner.outcome.landmark, corner.outcome.nis) {
+                let owner = *owners.entry(landmark).or_insert(true_corner.id);
+                score.wrong[0] += usize::from(owner != true_corner.id);
+                score.wrong[1] += 1;
+            }
+        }
+        for true_corner in truth.iter().filter(|corner| (0.5..6.0).contains(&corner.range)) {
+            let seen = |pixel: Vector2<f32>| (pixel.cast::<f64>() - true_corner.pixel).norm() <= 3.0;
+            score.visible[0] += 1;
+            score.visible[1] += usize::from(report.corners.iter().any(|corner| seen(corner.pixel)));
+        }
+
+        let start_from_robot = world_from_start.inverse().compose(&simulation.true_pose(frame));
+        let estimate = Pose::new(report.pose.x.into(), report.pose.y.into(), report.pose.heading.into());
+        let error = Vector3::new(
+            estimate.x - start_from_robot.x,
+            estimate.y - start_from_robot.y,
+            wrap_angle(estimate.heading - start_from_robot.heading),
+        );
+        let covariance = report.pose_covariance.cast::<f64>();
+        for axis in 0..3 {
+            inside[axis] += usize::from(error[axis].abs() <= 3.0 * covariance[(axis, axis)].sqrt() + 1e-6);
+        }
+        if frame > 0 {
+            nees += covariance.try_inverse().map_or(f64::INFINITY, |inverse| error.dot(&(inverse * error)));
+        }
+        score.end_error = error.xy().norm();
+        squares += error.xy().norm_squared();
+    }
+    let frames = simulation.len() as f64;
+    score.position_rms = (squares / frames).sqrt();
+    score.within_3_sigma = inside.into_iter().min().unwrap_or(0) as f64 / frames;
+    score.nees = nees / (frames - 1.0).max(1.0);
+    score.range_errors.sort_by(f64::total_cmp);
+    let landmarks = pipeline.filter().landmarks().iter();
+    let confirmed: Vec<_> =
+        landmarks.filter(|landmark| landmark.status == monorange_core::slam::Status::Confirmed).collect();
+    score.map = [confirmed.len(), reported.len()];
+    for position in confirmed.iter().filter_map(|landmark| pipeline.filter().position(landmark)) {
+        let in_world = world_from_start.transform(position.cast());
+        let distances = simulation.landmarks().iter().map(|landmark| (landmark.position - in_world).norm());
+        score.landmark_errors.push(distances.fold(f64::INFINITY, f64::min));
+    }
+    score.landmark_errors.sort_by(f64::total_cmp);
+    Ok(score)
+}
