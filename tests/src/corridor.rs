@@ -139,8 +139,9 @@ pub fn run(simulation: &Simulation, config: Config) -> Result<Score> {
         }
 
         let start_from_robot = world_from_start.inverse().compose(&simulation.true_pose(frame));
-        let estimate = Pose::new(report.pose.x.into(), report.pose.y.into(), report.pose.heading.into());
-        let error = Vector3::new(
+        let estimate =
+            Pose::<f64>::new(report.pose.x.into(), report.pose.y.into(), report.pose.heading.into());
+        let error = Vector3::<f64>::new(
             estimate.x - start_from_robot.x,
             estimate.y - start_from_robot.y,
             wrap_angle(estimate.heading - start_from_robot.heading),

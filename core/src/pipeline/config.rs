@@ -2,8 +2,8 @@ use super::MotionNoise;
 use crate::geometry::RangeFinder;
 use crate::lines::ExtractConfig;
 use crate::slam::{Covariance, FilterConfig, MapConfig, Variant, View};
-use nalgebra::Vector2;
 use crate::{Error, Result};
+use nalgebra::Vector2;
 
 /// What the filter is told of a floor corner.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -83,11 +83,16 @@ impl Config {
             ("association.corner_std_floor_px", self.corner_std_floor_px),
             ("association.min_depression", self.min_depression),
         ];
-        let at_least_zero =
-            ["mount.height_std", "mount.tilt_std", "mount.roll_std", "mount.yaw_std"].into_iter().zip(self.mount_std);
+        let at_least_zero = ["mount.height_std", "mount.tilt_std", "mount.roll_std", "mount.yaw_std"]
+            .into_iter()
+            .zip(self.mount_std);
         for (name, value) in at_least_zero.chain(positive) {
             if !(value.is_finite() && value >= 0.0) {
-                return Err(Error::OutOfRange { name, value: value.into(), expected: "finite and at least 0" });
+                return Err(Error::OutOfRange {
+                    name,
+                    value: value.into(),
+                    expected: "finite and at least 0",
+                });
             }
         }
         self.motion = self.motion.validated()?;
@@ -111,7 +116,8 @@ impl Config {
     fn view(&self) -> View<f32> {
         let camera = self.finder.camera();
         let (width, height) = (camera.width() as f32, camera.height() as f32);
-        let bearing = |u: f32| self.finder.sight(Vector2::new(u, 0.6 * height)).map_or(0.0, |seen| seen.bearing.abs());
+        let bearing =
+            |u: f32| self.finder.sight(Vector2::new(u, 0.6 * height)).map_or(0.0, |seen| seen.bearing.abs());
         let bottom = self.finder.sight(Vector2::new(0.5 * width, height - 1.0));
         View {
             near: bottom.map_or(0.0, |seen| seen.range),

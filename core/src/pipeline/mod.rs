@@ -17,17 +17,17 @@ mod storage;
 
 pub use config::{Config, Model, MountError};
 pub use motion_noise::{MotionNoise, Odometry};
+pub use report::{CornerReport, Report};
 #[cfg(feature = "alloc")]
 pub use storage::OnHeap;
-pub use report::{CornerReport, Report};
 pub use storage::{Memory, Storage};
 
 use crate::Result;
 use crate::geometry::{Pose, RangeFinder};
 use crate::image::Grey;
-use crate::lines::{EdgePoint, Extraction, Extractor, MAX_CORNERS};
-use crate::slam::{Feature, Filter, Health, Map, Measurement, Outcome};
-use nalgebra::{Matrix2, Matrix3, Vector2};
+use crate::lines::{Corner, EdgePoint, Extraction, Extractor, MAX_CORNERS};
+use crate::slam::{Feature, Filter, Health, Increment, Landmark, Map, Measurement, Outcome};
+use nalgebra::{Matrix2, Matrix3, Vector3};
 
 /// The whole pipeline over memory of the kind `S`.
 ///
@@ -139,11 +139,10 @@ impl<S: Storage> Pipeline<S> {
     /// [`Error::Size`](crate::Error::Size) when rows are missing,
     /// [`Error::TimeBackwards`](crate::Error::TimeBackwards).
     pub fn finish(&mut self, time: f64) -> Result<Report> {
-        let corners = self.extractor.finish()?.corners.clone();
-        let truncations = self.extractor.finish()?.truncations;
-        let mut report = self.observe(time, corners.iter().map(|corner| (corner.pixel, corner.covariance)))?;
-        report.truncations = truncations;
-        Ok(report)
+        let extraction = self.extractor.finish()?;
+        let (corners, truncations) = (extraction.corners.clone(), extraction.truncations);
+        let report = self.observe(time, &corners)?;
+        Ok(Report { truncations, ..report })
     }
 
     /// What the extractor found in the last picture, after [`finish`](Self::finish).
@@ -159,31 +158,32 @@ impl<S: Storage> Pipeline<S> {
         self.extractor.edge_points()
     }
 
-    /// Takes floor corners (pixel, covariance in px²) that were found elsewhere, at most [`MAX_CORNERS`].
+    /// Takes floor corners that were found elsewhere, at most [`MAX_CORNERS`]; of each, pixel, covariance and which
+    /// sides are brighter count.
     ///
     /// # Errors
     /// [`Error::TimeBackwards`](crate::Error::TimeBackwards).
-    pub fn observe(
-        &mut self,
-        time: f64,
-        corners: impl IntoIterator<Item = (Vector2<f32>, Matrix2<f32>)>,
-    ) -> Result<Report> {
+    pub fn observe(&mut self, time: f64, corners: &[Corner]) -> Result<Report> {
         let finder = self.finder();
         let mut sighted = heapless::Vec::<CornerReport, MAX_CORNERS>::new();
         let mut features = heapless::Vec::<Feature<f32>, MAX_CORNERS>::new();
         let mut without_range = 0;
-        for (pixel, covariance) in corners {
-            let used = self.sight(&finder, pixel, covariance).and_then(|(report, feature)| {
+        for corner in corners {
+            let used = self.sight(&finder, corner).and_then(|(report, feature)| {
                 sighted.push(report).ok()?;
                 features.push(feature).ok()
             });
             without_range += u32::from(used.is_none());
         }
         if time > self.filter().time() {
-            self.map.filter_mut().predict(time, &Increment::still())?;
+            let still = Increment { delta: Vector3::zeros(), covariance: Matrix3::zeros() };
+            self.map.filter_mut().predict(time, &still)?;
         }
         let mut outcomes = [Outcome::default(); MAX_CORNERS];
-        let map = self.map.observe(&features, |_, _| true, &mut outcomes)?;
+        let looks_alike = |index: usize, landmark: &Landmark<f32>| {
+            features.get(index).is_some_and(|feature| landmark.descriptor == feature.descriptor)
+        };
+        let map = self.map.observe(&features, looks_alike, &mut outcomes)?;
         for (corner, outcome) in sighted.iter_mut().zip(outcomes) {
             corner.outcome = outcome;
         }
@@ -201,15 +201,9 @@ impl<S: Storage> Pipeline<S> {
     }
 
     /// A corner as the filter takes it, or `None` where it has no range worth the name.
-    fn sight(
-        &self,
-        finder: &RangeFinder<f32>,
-        pixel: Vector2<f32>,
-        mut covariance: Matrix2<f32>,
-    ) -> Option<(CornerReport, Feature<f32>)> {
-        let floor = self.config.corner_std_floor_px;
-        covariance.m11 += floor * floor;
-        covariance.m22 += floor * floor;
+    fn sight(&self, finder: &RangeFinder<f32>, corner: &Corner) -> Option<(CornerReport, Feature<f32>)> {
+        let (pixel, floor) = (corner.pixel, self.config.corner_std_floor_px);
+        let covariance = corner.covariance + Matrix2::identity() * (floor * floor);
         let sighting = finder.sight(pixel).ok()?;
         if sighting.range > self.config.max_range() {
             return None;
@@ -226,6 +220,14 @@ impl<S: Storage> Pipeline<S> {
             covariance: sighting.noise(&covariance),
             outcome: Outcome::default(),
         };
-        Some((report, Feature { pixel: Some(pixel), ..Feature::new(measurement) }))
+        Some((
+            report,
+            Feature { pixel: Some(pixel), descriptor: Some(looks(corner)), ..Feature::new(measurement) },
+        ))
     }
+}
+
+/// What a corner looks like from anywhere: which side of the vertical edge and of the floor's edge is brighter.
+fn looks(corner: &Corner) -> u32 {
+    u32::from(corner.brighter_right) | u32::from(corner.brighter_below) << 1
 }

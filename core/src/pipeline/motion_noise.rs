@@ -59,7 +59,11 @@ impl MotionNoise {
         ];
         for (name, value) in numbers {
             if !(value.is_finite() && value >= 0.0) {
-                return Err(Error::OutOfRange { name, value: value.into(), expected: "finite and at least 0" });
+                return Err(Error::OutOfRange {
+                    name,
+                    value: value.into(),
+                    expected: "finite and at least 0",
+                });
             }
         }
         Ok(self)
@@ -69,7 +73,8 @@ impl MotionNoise {
     pub fn increment(&self, odometry: &Odometry) -> Increment<f32> {
         match *odometry {
             Odometry::Velocity { v, omega, seconds } => {
-                let ([v_part, omega_part], [v_floor, omega_floor]) = (self.proportional(v, omega), self.floors());
+                let ([v_part, omega_part], [v_floor, omega_floor]) =
+                    (self.proportional(v, omega), self.floors());
                 let covariance = Matrix2::new(v_part + v_floor, 0.0, 0.0, omega_part + omega_floor);
                 Increment::from_velocity(v, omega, seconds, &covariance, Integration::Arc)
             }

@@ -227,6 +227,13 @@ fn predict<T: Real>(
     })
 }
 
+/// Whether a pixel lies in the picture or at most half its size beyond. Farther out, where a point passes below or
+/// behind the camera, the projection is so far from linear that its Jacobian would let any measurement pass.
+fn is_near_picture<T: Real>(finder: &RangeFinder<T>, pixel: &Vector2<T>) -> bool {
+    let near = |value: T, size: usize| (value / T::lit(size as f64) - T::lit(0.5)).abs() <= T::one();
+    near(pixel.x, finder.camera().width()) && near(pixel.y, finder.camera().height())
+}
+
 /// The pixel of a floor point: c = robot_from_camᵀ(d − lever arm, −height), ray c_xy/c_z. A mount angle's error dα
 /// about the axis ω turns the camera in the robot's frame, so ∂c/∂α = −robot_from_camᵀ(ω × v).
 fn predict_pixel<T: Real>(finder: &RangeFinder<T>, point: &Vector2<T>) -> Option<Prediction<T>> {
@@ -240,6 +247,9 @@ fn predict_pixel<T: Real>(finder: &RangeFinder<T>, point: &Vector2<T>) -> Option
     }
     let ray = in_cam.xy() / in_cam.z;
     let value = finder.camera().pixel_from_ray(ray)?;
+    if !is_near_picture(finder, &value) {
+        return None;
+    }
     let by_cam = Matrix2x3::new(one, zero, -ray.x, zero, one, -ray.y) / in_cam.z;
     let by_robot_point = finder.camera().pixel_by_ray(ray) * by_cam * cam_from_robot;
     let ((sin_yaw, cos_yaw), (sin_tilt, cos_tilt)) = (yaw.sin_cos(), tilt.sin_cos());
