@@ -70,15 +70,12 @@ fn residual_information<T: Real>(
 
 /// The posterior that a match is right and its log-likelihood ratio ln(1 + e^t), from the log-odds t.
 pub(super) fn posterior<T: Real>(log_odds: T) -> (T, T) {
-    let far = T::lit(14.0); // e^(−14) ≈ 1e-6
-    if log_odds > far {
-        return (T::one(), log_odds);
-    }
-    if log_odds < -far {
-        return (T::zero(), T::zero());
-    }
-    let odds = log_odds.exp();
-    (odds / (T::one() + odds), (T::one() + odds).ln())
+    let rest = (-log_odds.abs()).exp();
+    // ln(1 + q) for small q: the next term, q³/3, is below 1e-8 there.
+    let small = rest < T::lit(2e-3);
+    let log = if small { rest * (T::one() - rest * T::lit(0.5)) } else { rest.ln_1p() };
+    let weight = T::one() / (T::one() + rest);
+    if log_odds > T::zero() { (weight, log_odds + log) } else { (rest * weight, log) }
 }
 
 /// A pass in normalised coordinates: the Gold Standard with each match's own two unknowns eliminated.
@@ -96,7 +93,7 @@ pub(super) fn normal_equations<T: Real>(
     let (from_scale2, to_scale2) =
         (from.scale * from.scale * variance_factor, to.scale * to.scale * variance_factor);
     let prior_odds = share * area / ((T::one() - share) * T::two_pi());
-    let half = T::lit(0.5);
+    let (half, none) = (T::lit(0.5), T::lit(1e-6));
     let mut sums = Sums::default();
     let (mut score, mut mass, mut chi2) = (T::zero(), T::zero(), T::zero());
     for (index, pair) in matches.iter().enumerate() {
@@ -105,13 +102,14 @@ pub(super) fn normal_equations<T: Real>(
         let (from_cov, to_cov) = (pair.from_cov * from_scale2, pair.to_cov * to_scale2);
         let Some(seen) = Transfer::at(m, x) else { continue };
         let residual = y - seen.point;
-        let (information, _) = residual_information(&seen.by_from, &from_cov, &to_cov);
-        let whitened = information * residual;
-        let near = residual.dot(&whitened) < T::lit(MAX_DISTANCE2);
+        // The trace bounds S from above: most wrong matches end here.
+        let bound = to_cov.trace() + seen.by_from.norm_squared() * from_cov.trace();
+        let near = residual.norm_squared() < bound * T::lit(MAX_DISTANCE2);
         if !near {
             continue;
         }
-        let shift = from_cov * seen.by_from.tr_mul(&whitened);
+        let (information, _) = residual_information(&seen.by_from, &from_cov, &to_cov);
+        let shift = from_cov * seen.by_from.tr_mul(&(information * residual));
         let corrected = x + shift;
         let Some(seen) = Transfer::at(m, corrected) else { continue };
         let residual = y - seen.point + seen.by_from * shift;
@@ -120,7 +118,7 @@ pub(super) fn normal_equations<T: Real>(
         let distance2 = residual.dot(&whitened);
         let odds = prior_odds / determinant.sqrt();
         let (weight, gain) = posterior(odds.ln() - half * distance2);
-        if weight <= T::zero() {
+        if weight < none {
             continue;
         }
         keep(index, weight);

@@ -80,6 +80,8 @@ pub(super) fn refine<T: Real, M: Family<T, P>, const P: usize>(
     let mut model = start;
     let mut sums = normal_equations(&model.matrix(), matches, &mixture, &mut keep);
     let mut damping = T::zero();
+    // Whether the last pass was made elsewhere, or with another mixture, than where the refinement stands.
+    let mut stale = false;
     for _ in 0..effort.iterations {
         let tangent = model.tangent();
         let mut information = tangent.tr_mul(&(sums.hessian * tangent));
@@ -99,6 +101,7 @@ pub(super) fn refine<T: Real, M: Family<T, P>, const P: usize>(
         // The score of a sum of hundreds of matches is only as exact as the scalar.
         let slack = (T::one() + sums.score.abs()) * T::default_epsilon() * T::lit(16.0);
         if tried.score + slack < sums.score {
+            stale = true;
             damping = if damping > T::zero() { damping * T::lit(10.0) } else { T::lit(1e-2) };
             if damping > T::lit(1e4) {
                 break;
@@ -117,14 +120,30 @@ pub(super) fn refine<T: Real, M: Family<T, P>, const P: usize>(
             mixture.variance_factor *= variance_factor::<T, P>(&sums);
         }
         let settled = (before.variance_factor / mixture.variance_factor - T::one()).abs() < T::lit(0.01);
+        stale = !settled || (before.share - mixture.share).abs() > T::lit(0.05);
         if decrement < T::lit(1e-4) && settled {
             break;
         }
     }
-    let sums = normal_equations(&model.matrix(), matches, &mixture, &mut keep);
+    if stale {
+        sums = normal_equations(&model.matrix(), matches, &mixture, &mut keep);
+    }
     let tangent = model.tangent();
     let information = tangent.tr_mul(&(sums.hessian * tangent));
     Some(Refined { model, sums, information, mixture })
+}
+
+/// One Newton step of [`refine`], on faith: for a model that is far from its best, where every step gains.
+pub(super) fn step<T: Real, M: Family<T, P>, const P: usize>(
+    model: &M,
+    matches: &[Match<T>],
+    mixture: &Mixture<T>,
+) -> Option<M> {
+    let sums = normal_equations(&model.matrix(), matches, mixture, |_, _| ());
+    let tangent = model.tangent();
+    let information = tangent.tr_mul(&(sums.hessian * tangent));
+    let step = information.cholesky()?.solve(&tangent.tr_mul(&sums.gradient));
+    step.iter().all(|element| element.is_finite()).then(|| model.moved(&step))
 }
 
 /// How much larger the residuals are than the covariances say, Σ w d over its degrees of freedom; 1 when there

@@ -2,7 +2,7 @@
 use super::estimate::matrix_of;
 use super::matches::Normalisation;
 use super::normal_equations::Mixture;
-use super::refine::{Effort, Family, Free, Refined, refine, variance_factor};
+use super::refine::{Effort, Family, Free, Refined, refine, step, variance_factor};
 use super::sample::{Sampler, homography_of_four};
 use super::{Homography, Match, NoHomography};
 use crate::Real;
@@ -186,9 +186,8 @@ impl<'a, T: Real> Problem<'a, T> {
         let mut model = Free::new(to_normal * matrix * from_normal);
         for inflation in [25.0, 4.0] {
             let mixture = self.mixture(T::lit(0.5), T::lit(inflation));
-            let effort = Effort { iterations: 1, scale_noise: false };
-            let Some(refined) = refine(model, self.matches, mixture, effort, |_, _| ()) else { break };
-            model = refined.model;
+            let Some(moved) = step(&model, self.matches, &mixture) else { break };
+            model = moved;
         }
         let optimised = to_pixel * model.matrix() * from_pixel;
         let improved = self.scorer(&optimised).score(self.matches, 1);
