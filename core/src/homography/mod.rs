@@ -35,8 +35,11 @@
 //!
 //! Source: the paper's equations (10) and (11), corrected: (11) needs Σ_M carried into the picture first.
 mod estimate;
+mod ground_motion;
 mod matches;
+mod motion_likelihood;
 mod normal_equations;
+mod planar;
 mod refine;
 mod robust;
 mod sample;
@@ -44,7 +47,11 @@ mod sample;
 mod tests;
 
 pub use estimate::{Homography, PredictedPoint};
+pub use ground_motion::{
+    GroundMotion, GroundMotionConfig, MotionModel, MotionPrior, NoMotion, ground_motion,
+};
 pub use matches::Match;
+pub use motion_likelihood::{Membership, Track};
 pub use robust::{HomographyConfig, HomographyEstimate, direct_linear_transform, estimate_homography};
 
 /// Why there is no homography: an outcome, not a broken contract.

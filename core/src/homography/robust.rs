@@ -226,22 +226,26 @@ impl<'a, T: Real> Problem<'a, T> {
         Ok(HomographyEstimate { homography, inliers, variance_factor, samples })
     }
 
-    /// Whether chance would rarely give so many right matches: the a-contrario test of Moisan & Stival (2004),
-    /// expected false alarms (n − 4) C(n, k) C(k, 4) p^(k−4) below 1 with p the share of the area within a match's
-    /// gate. Four of four matches leave nothing to test.
     fn meaningful(&self, inliers: T) -> bool {
-        let (n, k) = (self.matches.len(), (inliers + T::lit(0.5)).to_f64() as usize);
-        if k < 4 {
-            return false;
-        }
         let gate = T::pi() * T::lit(9.21) * (self.variances.0 + self.variances.1);
-        let chance = (gate / self.area).min(T::lit(0.5)).ln();
-        let ln_choose = |n: usize, k: usize| {
-            (0..k.min(n - k)).fold(T::zero(), |sum, i| sum + T::lit((n - i) as f64 / (i + 1) as f64).ln())
-        };
-        let tests = T::lit((n - 4) as f64).ln() + ln_choose(n, k) + ln_choose(k, 4);
-        n == 4 || tests + chance * T::lit((k - 4) as f64) < T::zero()
+        meaningful(self.matches.len(), inliers, 4, gate / self.area)
     }
+}
+
+/// Whether chance would rarely give so many right ones among `count` matches: the a-contrario test of Moisan &
+/// Stival (2004), expected false alarms (n − s) C(n, k) C(k, s) p^(k−s) below 1 with p the share of the area
+/// within a match's gate and s the size of a sample. When all are but a sample there is nothing to test.
+pub(super) fn meaningful<T: Real>(count: usize, inliers: T, sample: usize, gate_share: T) -> bool {
+    let (n, k) = (count, ((inliers + T::lit(0.5)).to_f64() as usize).min(count));
+    if k < sample {
+        return false;
+    }
+    let chance = gate_share.min(T::lit(0.5)).ln();
+    let ln_choose = |n: usize, k: usize| {
+        (0..k.min(n - k)).fold(T::zero(), |sum, i| sum + T::lit((n - i) as f64 / (i + 1) as f64).ln())
+    };
+    let tests = T::lit((n - sample) as f64).ln() + ln_choose(n, k) + ln_choose(k, sample);
+    n == sample || tests + chance * T::lit((k - sample) as f64) < T::zero()
 }
 
 /// The mixture's score in pixels with one variance, for thousands of models.
