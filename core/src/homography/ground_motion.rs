@@ -162,7 +162,7 @@ fn rays_from_pixels<T: Real>(camera: &Camera<T>, pair: &Match<T>) -> Option<Matc
 const PREVIEW: usize = 128;
 
 /// Steps that are refined before the best is chosen.
-const FINALISTS: usize = 5;
+const FINALISTS: usize = 3;
 
 struct MotionProblem<'a, T> {
     config: &'a GroundMotionConfig<T>,
@@ -242,7 +242,8 @@ impl<'a, T: Real> MotionProblem<'a, T> {
         let mut best = None;
         for candidate in candidates {
             let annealed = [16.0, 4.0].into_iter().try_fold(candidate, |step, factor| {
-                self.refine(step, tracks, T::lit(factor), 1).map(|refined| refined.step)
+                let sums = Trial::new(&self.rig, &step, self.scene(T::lit(factor))).equations(tracks);
+                self.newton(&step, &sums).map(|(change, _)| PlanarStep(step.0 + change))
             });
             let Some(step) = annealed else { continue };
             let likelihood = Trial::new(&self.rig, &step, self.scene(T::one())).score(tracks, 1);
@@ -347,12 +348,7 @@ impl<'a, T: Real> MotionProblem<'a, T> {
         let mut sums = pass(&step, scene);
         let mut shrink = T::one();
         for _ in 0..iterations {
-            let (information, gradient) = self.constrained(&step, &sums);
-            let full = information.cholesky()?.solve(&gradient);
-            let decrement = full.dot(&gradient);
-            if !decrement.is_finite() {
-                return None;
-            }
+            let (full, decrement) = self.newton(&step, &sums)?;
             let moved = PlanarStep(step.0 + full * shrink);
             let tried = pass(&moved, scene);
             let (before, after) =
@@ -370,6 +366,7 @@ impl<'a, T: Real> MotionProblem<'a, T> {
             let count = tried.count.max(T::one());
             let share = |mass: T| (mass / count).max(T::lit(0.02)).min(T::lit(0.9));
             let (floor, upright) = (share(tried.floor), share(tried.upright));
+            let last_shares = scene.shares;
             let room = T::lit(0.98) / (floor + upright).max(T::lit(0.98));
             scene.shares = Shares { floor: floor * room, upright: upright * room };
             let last_factor = scene.variance_factor;
@@ -378,13 +375,28 @@ impl<'a, T: Real> MotionProblem<'a, T> {
                 scene.variance_factor = factor.max(T::lit(0.25)).min(T::lit(4.0));
             }
             let settled = (last_factor / scene.variance_factor - T::one()).abs() < T::lit(0.01);
-            sums = pass(&step, scene);
+            // A pass with the new mixture, unless it is all but the old one.
+            let changed = (last_shares.floor - scene.shares.floor).abs() > T::lit(0.02);
+            sums = if changed || !settled { pass(&step, scene) } else { tried };
             if decrement < T::lit(1e-4) && settled {
                 break;
             }
         }
-        let (information, _) = self.constrained(&step, &sums);
+        let (complete, _) = self.constrained(&step, &sums);
+        let mut observed = sums;
+        observed.hessian -= Trial::new(&self.rig, &step, scene).missing_information(tracks);
+        let (information, _) = self.constrained(&step, &observed);
+        // Far from its assumptions the correction can go too far.
+        let information = if information.cholesky().is_some() { information } else { complete };
         Some(RefinedStep { step, sums, information, scene })
+    }
+
+    /// Newton's step and its decrement gᵀ H⁻¹ g, or `None` where the matches do not determine it.
+    fn newton(&self, step: &PlanarStep<T>, sums: &StepEquations<T>) -> Option<(SVector<T, STEP>, T)> {
+        let (information, gradient) = self.constrained(step, sums);
+        let change = information.cholesky()?.solve(&gradient);
+        let decrement = change.dot(&gradient);
+        decrement.is_finite().then_some((change, decrement))
     }
 
     fn variance_factor(&self, sums: &StepEquations<T>) -> T {

@@ -39,6 +39,7 @@ mod ground_motion;
 mod matches;
 mod motion_likelihood;
 mod normal_equations;
+mod odometry;
 mod planar;
 mod refine;
 mod robust;
@@ -52,6 +53,7 @@ pub use ground_motion::{
 };
 pub use matches::Match;
 pub use motion_likelihood::{Membership, Track};
+pub use odometry::{OdometryConfig, OdometryReport, VisualOdometry};
 pub use robust::{HomographyConfig, HomographyEstimate, direct_linear_transform, estimate_homography};
 
 /// Why there is no homography: an outcome, not a broken contract.

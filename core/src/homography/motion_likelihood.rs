@@ -1,5 +1,7 @@
 //! What a match says about the robot's step, whether its point lies on the floor or not.
 use super::Match;
+use super::estimate::elements;
+use super::normal_equations::{MAX_DISTANCE2, Sums, Transfer, residual_information};
 use super::planar::{PlanarRig, PlanarStep, STEP, View};
 use crate::Real;
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2};
@@ -74,6 +76,7 @@ struct FloorPart<T> {
     distance2: T,
     whitened: Vector2<T>,
     information: Matrix2<T>,
+    corrected: Vector2<T>,
     predicted: Vector2<T>,
     inverse_third: T,
 }
@@ -83,8 +86,13 @@ struct EpipolarPart<T> {
     log_density: T,
     normalised: T,
     std: T,
+    /// ∂(x₂ᵀ E x₁)/∂E at the points that explain the match best, where it is zero.
+    by_essential: SVector<T, 9>,
     edge: Edge<T>,
 }
+
+/// Length over which points above the floor spread along their epipolar lines, in rays.
+const STRETCH: f64 = 0.25;
 
 /// What "not below the floor" asks of the floor's predicted point: gradient and curvature of ln Φ.
 struct Edge<T> {
@@ -92,42 +100,43 @@ struct Edge<T> {
     information: Matrix2<T>,
 }
 
-/// Length over which points above the floor spread along their epipolar lines, in rays.
-const STRETCH: f64 = 0.25;
-
 impl<T: Real> Trial<T> {
     pub(super) fn new(rig: &PlanarRig<T>, step: &PlanarStep<T>, scene: Scene<T>) -> Self {
         let view = rig.view(step);
         Self { homography: view.homography(), essential: view.essential(), view, scene }
     }
 
+    /// The Gold Standard's residual, as for a free homography: at the point x̃ that explains both pictures best.
     fn floor_part(&self, pair: &Match<T>) -> Option<FloorPart<T>> {
         let x = pair.from;
         let below = self.view.floor.dot(&x.push(T::one())) > T::zero();
-        let m = &self.homography;
-        let third = m.m31 * x.x + m.m32 * x.y + m.m33;
-        let usable = below && third > T::zero();
-        if !usable {
-            return None;
-        }
-        let inverse_third = T::one() / third;
-        let (u, v) = (
-            (m.m11 * x.x + m.m12 * x.y + m.m13) * inverse_third,
-            (m.m21 * x.x + m.m22 * x.y + m.m23) * inverse_third,
-        );
-        let by_from =
-            Matrix2::new(m.m11 - u * m.m31, m.m12 - u * m.m32, m.m21 - v * m.m31, m.m22 - v * m.m32)
-                * inverse_third;
-        let s = (pair.to_cov + by_from * pair.from_cov * by_from.transpose()) * self.scene.variance_factor;
-        let determinant = s.m11 * s.m22 - s.m12 * s.m21;
-        let information = Matrix2::new(s.m22, -s.m12, -s.m21, s.m11) / determinant;
-        let predicted = Vector2::new(u, v);
-        let residual = pair.to - predicted;
+        let seen = Transfer::at(&self.homography, x).filter(|_| below)?;
+        let factor = self.scene.variance_factor;
+        let (from_cov, to_cov) = (pair.from_cov * factor, pair.to_cov * factor);
+        let residual = pair.to - seen.point;
+        let (information, _) = residual_information(&seen.by_from, &from_cov, &to_cov);
+        let shift = from_cov * seen.by_from.tr_mul(&(information * residual));
+        // The first order is not worth following to points that the noise cannot explain.
+        let far = residual.dot(&(information * residual)) > T::lit(MAX_DISTANCE2);
+        let shift = if far { Vector2::zeros() } else { shift };
+        let corrected = x + shift;
+        let seen = Transfer::at(&self.homography, corrected)?;
+        let residual = pair.to - seen.point + seen.by_from * shift;
+        let (information, determinant) = residual_information(&seen.by_from, &from_cov, &to_cov);
         let whitened = information * residual;
         let distance2 = residual.dot(&whitened);
         let density = self.scene.shares.floor / (T::two_pi() * determinant.sqrt());
         let log_density = density.ln() - distance2 * T::lit(0.5);
-        Some(FloorPart { log_density, distance2, whitened, information, predicted, inverse_third })
+        let inverse_third = T::one() / seen.third;
+        Some(FloorPart {
+            log_density,
+            distance2,
+            whitened,
+            information,
+            corrected,
+            predicted: seen.point,
+            inverse_third,
+        })
     }
 
     /// A still point above the floor is nearer than the floor on the same ray, and moves further along its
@@ -174,7 +183,13 @@ impl<T: Real> Trial<T> {
             gradient: direction * -push,
             information: direction * direction.transpose() * (push * slope * beyond),
         };
-        Some(EpipolarPart { log_density, normalised, std, edge })
+        let correction = normalised / std * self.scene.variance_factor;
+        let (x1, x2) = (
+            pair.from - pair.from_cov * across_other * correction,
+            pair.to - pair.to_cov * across * correction,
+        );
+        let by_essential = elements(&(x2.push(T::one()) * x1.push(T::one()).transpose()));
+        Some(EpipolarPart { log_density, normalised, std, by_essential, edge })
     }
 
     fn wrong(&self) -> T {
@@ -203,14 +218,49 @@ impl<T: Real> Trial<T> {
         track.rays.as_ref().map_or(Membership::default(), weigh)
     }
 
+    /// The information that is missing because no one says where each match's point is (Louis 1982): the spread of
+    /// its score over the possibilities, Σ wₖ sₖ sₖᵀ − s̄ s̄ᵀ, to be taken from the information of [`equations`].
+    ///
+    /// [`equations`]: Self::equations
+    pub(super) fn missing_information(&self, tracks: &[Track<T>]) -> SMatrix<T, STEP, STEP> {
+        let (floor_by_step, essential_by_step) =
+            (self.view.homography_by_step(), self.view.essential_by_step());
+        let mut missing = SMatrix::<T, STEP, STEP>::zeros();
+        for pair in tracks.iter().filter_map(|track| track.rays.as_ref()) {
+            let floor = self.floor_part(pair);
+            let epipolar = self.epipolar_part(pair, floor.as_ref());
+            let (membership, _) = weigh(&floor, &epipolar, self.wrong());
+            let certain = T::lit(1.0 - 1e-4);
+            if membership.floor > certain || membership.upright > certain {
+                continue;
+            }
+            let through_floor = |part: &FloorPart<T>, whitened: &Vector2<T>| {
+                let mut sums = Sums::default();
+                let nothing = Matrix2::zeros();
+                sums.add((part.corrected, part.inverse_third), part.predicted, &nothing, whitened);
+                floor_by_step.tr_mul(&sums.assemble().1)
+            };
+            let on_floor =
+                floor.as_ref().map_or(SVector::zeros(), |part| through_floor(part, &part.whitened));
+            let above = epipolar.as_ref().map_or(SVector::zeros(), |part| {
+                let edge = floor.as_ref().map_or(SVector::zeros(), |f| through_floor(f, &part.edge.gradient));
+                edge - essential_by_step.tr_mul(&part.by_essential) * (part.normalised / part.std)
+            });
+            let mean = on_floor * membership.floor + above * membership.upright;
+            missing += on_floor * on_floor.transpose() * membership.floor
+                + above * above.transpose() * membership.upright
+                - mean * mean.transpose();
+        }
+        missing
+    }
+
     /// A pass with posteriors.
     pub(super) fn equations(&self, tracks: &[Track<T>]) -> StepEquations<T> {
         let (floor_by_step, essential_by_step) =
             (self.view.homography_by_step(), self.view.essential_by_step());
-        let mut floor_hessian = SMatrix::<T, 9, 9>::zeros();
-        let mut epipolar_hessian = SMatrix::<T, 9, 9>::zeros();
-        let (mut floor_gradient, mut epipolar_gradient) =
-            (SVector::<T, 9>::zeros(), SVector::<T, 9>::zeros());
+        let mut sums = Sums::default();
+        let mut hessian = SMatrix::<T, STEP, STEP>::zeros();
+        let mut gradient = SVector::<T, STEP>::zeros();
         let wrong = self.wrong();
         let (mut score, mut floor_mass, mut upright_mass) = (T::zero(), T::zero(), T::zero());
         let (mut chi2, mut measurements) = (T::zero(), T::zero());
@@ -233,9 +283,7 @@ impl<T: Real> Trial<T> {
                     information += edge.information * membership.upright;
                 }
                 if information.trace() > none * part.information.trace() {
-                    let jacobian = by_homography(pair.from, part.predicted, part.inverse_third);
-                    floor_gradient += jacobian.tr_mul(&whitened);
-                    floor_hessian += jacobian.tr_mul(&(information * jacobian));
+                    sums.add((part.corrected, part.inverse_third), part.predicted, &information, &whitened);
                 }
             }
             if let Some(part) = epipolar.filter(|_| membership.upright > none) {
@@ -243,14 +291,14 @@ impl<T: Real> Trial<T> {
                 upright_mass += weight;
                 chi2 += weight * part.normalised * part.normalised;
                 measurements += weight;
-                let jacobian = by_essential(pair) / part.std;
-                epipolar_gradient -= jacobian * (part.normalised * weight);
-                epipolar_hessian += jacobian * weight * jacobian.transpose();
+                let jacobian = essential_by_step.tr_mul(&part.by_essential) / part.std;
+                gradient -= jacobian * (part.normalised * weight);
+                hessian += jacobian * weight * jacobian.transpose();
             }
         }
-        let hessian = floor_by_step.tr_mul(&(floor_hessian * floor_by_step))
-            + essential_by_step.tr_mul(&(epipolar_hessian * essential_by_step));
-        let gradient = floor_by_step.tr_mul(&floor_gradient) + essential_by_step.tr_mul(&epipolar_gradient);
+        let (floor_hessian, floor_gradient) = sums.assemble();
+        hessian += floor_by_step.tr_mul(&(floor_hessian * floor_by_step));
+        gradient += floor_by_step.tr_mul(&floor_gradient);
         StepEquations {
             hessian,
             gradient,
@@ -276,20 +324,4 @@ fn weigh<T: Real>(
     let upright_odds = odds(epipolar.as_ref().map(|part| part.log_density));
     let total = T::one() + floor_odds + upright_odds;
     (Membership { floor: floor_odds / total, upright: upright_odds / total }, total)
-}
-
-/// ∂π(H x)/∂H, elements row by row.
-fn by_homography<T: Real>(x: Vector2<T>, predicted: Vector2<T>, inverse_third: T) -> SMatrix<T, 2, 9> {
-    let p = (x * inverse_third).push(inverse_third).transpose();
-    let mut jacobian = SMatrix::<T, 2, 9>::zeros();
-    jacobian.fixed_view_mut::<1, 3>(0, 0).copy_from(&p);
-    jacobian.fixed_view_mut::<1, 3>(1, 3).copy_from(&p);
-    jacobian.fixed_view_mut::<2, 3>(0, 6).copy_from(&(-predicted * p));
-    jacobian
-}
-
-/// ∂(x₂ᵀ E x₁)/∂E, elements row by row.
-fn by_essential<T: Real>(pair: &Match<T>) -> SVector<T, 9> {
-    let (x1, x2) = (pair.from.push(T::one()), pair.to.push(T::one()));
-    super::estimate::elements(&(x2 * x1.transpose()))
 }

@@ -32,17 +32,17 @@ pub(super) struct NormalEquations<T> {
 }
 
 /// Beyond this d a match has no weight and costs no second look: e^(−25) of a density of 10⁵ is nothing.
-const MAX_DISTANCE2: f64 = 50.0;
+pub(super) const MAX_DISTANCE2: f64 = 50.0;
 
 /// M at one point: u = π(M x), A = ∂u/∂x, third component w.
-struct Transfer<T> {
-    point: Vector2<T>,
-    by_from: Matrix2<T>,
-    third: T,
+pub(super) struct Transfer<T> {
+    pub(super) point: Vector2<T>,
+    pub(super) by_from: Matrix2<T>,
+    pub(super) third: T,
 }
 
 impl<T: Real> Transfer<T> {
-    fn at(m: &Matrix3<T>, x: Vector2<T>) -> Option<Self> {
+    pub(super) fn at(m: &Matrix3<T>, x: Vector2<T>) -> Option<Self> {
         let third = m.m31 * x.x + m.m32 * x.y + m.m33;
         let in_front = third > T::zero();
         if !in_front {
@@ -58,7 +58,7 @@ impl<T: Real> Transfer<T> {
 }
 
 /// S⁻¹ and det S of the residual's covariance S = Σ_to + A Σ_from Aᵀ.
-fn residual_information<T: Real>(
+pub(super) fn residual_information<T: Real>(
     by_from: &Matrix2<T>,
     from_cov: &Matrix2<T>,
     to_cov: &Matrix2<T>,
@@ -125,7 +125,12 @@ pub(super) fn normal_equations<T: Real>(
         score += gain;
         mass += weight;
         chi2 += weight * distance2;
-        sums.add(corrected, &seen, &(information * weight), &(whitened * weight));
+        sums.add(
+            (corrected, T::one() / seen.third),
+            seen.point,
+            &(information * weight),
+            &(whitened * weight),
+        );
     }
     let (hessian, gradient) = sums.assemble();
     NormalEquations { hessian, gradient, score, mass, chi2 }
@@ -134,15 +139,22 @@ pub(super) fn normal_equations<T: Real>(
 /// The distinct sums of JᵀS⁻¹J and JᵀS⁻¹r: J has the rows (p, 0, −u p)/w and (0, p, −v p)/w with p = (x, y, 1), so
 /// each 3×3 block is a weighted sum of p pᵀ.
 #[derive(Default)]
-struct Sums<T> {
+pub(super) struct Sums<T> {
     blocks: [[T; 6]; 6],
     gradient: [[T; 3]; 3],
 }
 
 impl<T: Real> Sums<T> {
-    fn add(&mut self, x: Vector2<T>, seen: &Transfer<T>, information: &Matrix2<T>, whitened: &Vector2<T>) {
-        let (u, v) = (seen.point.x, seen.point.y);
-        let inverse = T::one() / seen.third;
+    /// Adds a match: the point `x` with the inverse of its third component, where M carries it, and S⁻¹ and
+    /// S⁻¹ r times the match's weight.
+    pub(super) fn add(
+        &mut self,
+        (x, inverse): (Vector2<T>, T),
+        carried: Vector2<T>,
+        information: &Matrix2<T>,
+        whitened: &Vector2<T>,
+    ) {
+        let (u, v) = (carried.x, carried.y);
         let (px, py, pz) = (x.x * inverse, x.y * inverse, inverse);
         let outer = [px * px, px * py, px * pz, py * py, py * pz, pz * pz];
         let (s11, s12, s22) = (information.m11, information.m12, information.m22);
@@ -161,7 +173,7 @@ impl<T: Real> Sums<T> {
         }
     }
 
-    fn assemble(&self) -> (SMatrix<T, 9, 9>, SVector<T, 9>) {
+    pub(super) fn assemble(&self) -> (SMatrix<T, 9, 9>, SVector<T, 9>) {
         let mut hessian = SMatrix::<T, 9, 9>::zeros();
         let places = [(0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2)];
         for ((row, column), [xx, xy, xz, yy, yz, zz]) in places.into_iter().zip(self.blocks) {

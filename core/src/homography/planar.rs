@@ -224,3 +224,59 @@ impl<T: Real> View<T> {
         jacobian
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Camera, Mount};
+    use proptest::prelude::*;
+
+    fn rig() -> PlanarRig<f64> {
+        let camera = Camera::new(320, 240, [365.0; 2], [160.0, 120.0], 0.0, Default::default()).unwrap();
+        PlanarRig::new(&RangeFinder::new(camera, Mount::new([0.4, 0.2, 0.03, -0.1, 0.1, -0.05]).unwrap()))
+    }
+
+    proptest! {
+        #[test]
+        fn view_jacobians_agree_with_central_differences(
+            parameters in prop::array::uniform6(-0.2..0.2_f64),
+        ) {
+            let step = PlanarStep(SVector::from(parameters) + SVector::<f64, STEP>::ith(0, 0.5));
+            let (view, size) = (rig().view(&step), 1e-6);
+            for index in 0..STEP {
+                let offset = SVector::<f64, STEP>::ith(index, size);
+                let (after, before) =
+                    (rig().view(&PlanarStep(step.0 + offset)), rig().view(&PlanarStep(step.0 - offset)));
+                let slope = elements(&((after.homography() - before.homography()) / (2.0 * size)));
+                prop_assert!((view.homography_by_step().column(index) - slope).norm() < 1e-7, "H {index}");
+                // The essential matrix's has no part along E.
+                let slope = elements(&((after.essential() - before.essential()) / (2.0 * size)));
+                let along = elements(&view.essential()).normalize();
+                let across = slope - along * along.dot(&slope);
+                prop_assert!((view.essential_by_step().column(index) - across).norm() < 1e-7, "E {index}");
+            }
+        }
+
+        #[test]
+        fn floor_homography_carries_floor_points(x in 1.0..5.0_f64, y in -1.0..1.0_f64, turn in -0.3..0.3_f64) {
+            let (rig, step) = (rig(), PlanarStep::new(0.3, 0.02, turn));
+            let point = Vector2::new(x, y);
+            let lens = rig.lever + Vector3::z() * rig.height;
+            let ray = |point: Vector2<f64>| {
+                let in_cam = rig.robot_from_cam.tr_mul(&(point.push(0.0) - lens));
+                in_cam.xy() / in_cam.z
+            };
+            let carried = rig.view(&step).homography() * ray(point).push(1.0);
+            let after = ray(step.pose().inverse_transform(point));
+            prop_assert!((carried.xy() / carried.z - after).norm() < 1e-12);
+            prop_assert!((rig.floor_from_ray(ray(point)).unwrap() - point).norm() < 1e-9);
+        }
+
+        #[test]
+        fn step_of_a_pose_ends_at_it(x in -1.0..1.0_f64, y in -1.0..1.0_f64, turn in -1.5..1.5_f64) {
+            let pose = Pose::new(x, y, turn);
+            let back = PlanarStep::from_pose(&pose).pose();
+            prop_assert!((back.position() - pose.position()).norm() < 1e-9);
+        }
+    }
+}

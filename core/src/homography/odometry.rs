@@ -1,0 +1,181 @@
+//! Visual odometry: the robot's motion picture by picture, measured against keyframes.
+use super::motion_likelihood::Track;
+use super::{GroundMotion, GroundMotionConfig, Match, MotionPrior, NoMotion, ground_motion};
+use crate::Real;
+use crate::geometry::{Pose, RangeFinder};
+use nalgebra::{Matrix2, Matrix3, Vector2};
+
+/// Settings of [`VisualOdometry`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OdometryConfig<T> {
+    /// How a step is estimated.
+    pub motion: GroundMotionConfig<T>,
+    /// How fast the robot changes its speed, m/s².
+    pub acceleration_std: T,
+    /// How fast the robot changes its turn rate, rad/s².
+    pub turn_acceleration_std: T,
+    /// Path after which the picture becomes the keyframe, in heights of the camera.
+    pub keyframe_path: T,
+    /// Turn after which the picture becomes the keyframe, rad.
+    pub keyframe_turn: T,
+    /// Matches on the floor below which the picture becomes the keyframe.
+    pub keyframe_floor: T,
+}
+
+impl<T: Real> Default for OdometryConfig<T> {
+    fn default() -> Self {
+        Self {
+            motion: GroundMotionConfig { scale_noise: true, ..GroundMotionConfig::default() },
+            acceleration_std: T::lit(2.0),
+            turn_acceleration_std: T::lit(2.0),
+            keyframe_path: T::lit(0.5),
+            keyframe_turn: T::lit(0.15),
+            keyframe_floor: T::lit(20.0),
+        }
+    }
+}
+
+/// Where the camera is against its keyframe, and how fast it moved last.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VisualOdometry<T> {
+    /// keyframe_robot_from_robot, at the last picture, with its covariance.
+    since_keyframe: Pose<T>,
+    since_keyframe_covariance: Matrix3<T>,
+    /// Last (v, ω) with its covariance, once there is one.
+    velocity: Option<(Vector2<T>, Matrix2<T>)>,
+}
+
+/// What a picture told.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OdometryReport<T> {
+    /// The motion from the keyframe to this picture, or why there is none.
+    pub motion: Result<GroundMotion<T>, NoMotion>,
+    /// previous_robot_from_robot: the step since the last picture.
+    pub increment: Pose<T>,
+    /// Covariance of the increment (dx, dy, dθ). Along a keyframe's pictures they add up to the keyframe's own
+    /// motion's covariance, not to more: errors against one keyframe do not accumulate.
+    pub increment_covariance: Matrix3<T>,
+    /// Whether the increment comes from the pictures; else it is the prior: odometry, or the last velocity held.
+    pub measured: bool,
+    /// Whether the caller must keep this picture's features as those of the new keyframe.
+    pub new_keyframe: bool,
+}
+
+impl<T: Real> Default for VisualOdometry<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Real> VisualOdometry<T> {
+    /// The state at the first picture, which is the first keyframe.
+    pub fn new() -> Self {
+        let zero = T::zero();
+        let since_keyframe = Pose { x: zero, y: zero, heading: zero };
+        Self { since_keyframe, since_keyframe_covariance: Matrix3::zeros(), velocity: None }
+    }
+
+    /// The motion over a picture whose features were matched with the keyframe's: `matches` run from the keyframe to
+    /// this picture, `dt` is the time since the last picture (s), `odometry` the wheels' step since then, if there
+    /// are wheels; `tracks` receives where each match's point is.
+    ///
+    /// Nothing is known of the first step's length without odometry; from then on the last velocity, changed by the
+    /// accelerations of the configuration, stands in for it.
+    pub fn step(
+        &mut self,
+        config: &OdometryConfig<T>,
+        finder: &RangeFinder<T>,
+        matches: &[Match<T>],
+        dt: T,
+        odometry: Option<&MotionPrior<T>>,
+        tracks: &mut [Track<T>],
+    ) -> OdometryReport<T> {
+        let expected = odometry.copied().or_else(|| self.held_velocity(config, dt));
+        let prior = expected.map(|step| self.prior_since_keyframe(&step));
+        let motion = ground_motion(&config.motion, finder, matches, prior.as_ref(), tracks);
+        let (increment, increment_covariance) = match &motion {
+            Ok(motion) => self.follow(motion, dt),
+            Err(_) => self.coast(expected.as_ref(), dt),
+        };
+        let path = self.since_keyframe.position().norm();
+        let new_keyframe = motion.as_ref().map_or(true, |motion| motion.floor < config.keyframe_floor)
+            || path > config.keyframe_path * finder.mount().height()
+            || self.since_keyframe.heading.abs() > config.keyframe_turn;
+        if new_keyframe {
+            self.since_keyframe = Pose::default();
+            self.since_keyframe_covariance = Matrix3::zeros();
+        }
+        OdometryReport { measured: motion.is_ok(), motion, increment, increment_covariance, new_keyframe }
+    }
+
+    fn held_velocity(&self, config: &OdometryConfig<T>, dt: T) -> Option<MotionPrior<T>> {
+        let (velocity, covariance) = self.velocity?;
+        let change = Vector2::new(config.acceleration_std, config.turn_acceleration_std) * (dt * dt);
+        let change = Matrix2::from_diagonal(&change.component_mul(&change));
+        Some(MotionPrior { arc: velocity * dt, covariance: covariance * (dt * dt) + change })
+    }
+
+    /// The step expected since the last picture, carried on from the keyframe.
+    fn prior_since_keyframe(&self, step: &MotionPrior<T>) -> MotionPrior<T> {
+        let pose = self.since_keyframe.compose(&arc_pose(step.arc));
+        let before = &self.since_keyframe_covariance;
+        let known = Matrix2::new(before.m11, before.m13, before.m31, before.m33);
+        let path = pose.position().norm();
+        let forward = if pose.x < T::zero() { -path } else { path };
+        MotionPrior { arc: Vector2::new(forward, pose.heading), covariance: step.covariance + known }
+    }
+
+    fn follow(&mut self, motion: &GroundMotion<T>, dt: T) -> (Pose<T>, Matrix3<T>) {
+        let increment = self.since_keyframe.inverse().compose(&motion.pose);
+        // Σ_increment = R₀ᵀ (Σ_now − F Σ_before Fᵀ) R₀, with F how the earlier pose's error carries on.
+        let moved = motion.pose.position() - self.since_keyframe.position();
+        let one = T::one();
+        let zero = T::zero();
+        let carry = Matrix3::new(one, zero, -moved.y, zero, one, moved.x, zero, zero, one);
+        let gained = motion.covariance - carry * self.since_keyframe_covariance * carry.transpose();
+        let turn = turned(&self.since_keyframe);
+        let covariance = positive_part(&(turn.transpose() * gained * turn), &motion.covariance);
+        self.velocity = (dt > zero).then(|| {
+            let arc = Vector2::new(increment.x, increment.heading);
+            let spread = Matrix2::new(covariance.m11, covariance.m13, covariance.m31, covariance.m33);
+            (arc / dt, spread / (dt * dt))
+        });
+        self.since_keyframe = motion.pose;
+        self.since_keyframe_covariance = motion.covariance;
+        (increment, covariance)
+    }
+
+    /// No motion was measured: the prior's, and without one a step of unknown length.
+    fn coast(&mut self, expected: Option<&MotionPrior<T>>, dt: T) -> (Pose<T>, Matrix3<T>) {
+        let unknown = MotionPrior { arc: Vector2::zeros(), covariance: Matrix2::identity() };
+        let step = expected.copied().unwrap_or(unknown);
+        self.velocity = (dt > T::zero()).then(|| (step.arc / dt, step.covariance / (dt * dt)));
+        let pose = arc_pose(step.arc);
+        let by_arc = super::planar::PlanarStep::new(step.arc.x, T::zero(), step.arc.y).pose_by_step();
+        let by_arc = nalgebra::Matrix3x2::from_columns(&[by_arc.column(0), by_arc.column(2)]);
+        self.since_keyframe = self.since_keyframe.compose(&pose);
+        (pose, by_arc * step.covariance * by_arc.transpose())
+    }
+}
+
+fn arc_pose<T: Real>(arc: Vector2<T>) -> Pose<T> {
+    super::planar::PlanarStep::new(arc.x, T::zero(), arc.y).pose()
+}
+
+fn turned<T: Real>(pose: &Pose<T>) -> Matrix3<T> {
+    pose.rotation().to_homogeneous()
+}
+
+/// The covariance with its eigenvalues held above a hundredth of the whole's: the difference of two estimates'
+/// covariances need not be one.
+fn positive_part<T: Real>(difference: &Matrix3<T>, whole: &Matrix3<T>) -> Matrix3<T> {
+    let symmetric = (difference + difference.transpose()) * T::lit(0.5);
+    // Metres and radians apart: scale to correlations of the whole first.
+    let scale = whole.diagonal().map(|variance| variance.max(T::lit(1e-12)).sqrt());
+    let inverse = scale.map(|value| T::one() / value);
+    let scaled = Matrix3::from_diagonal(&inverse) * symmetric * Matrix3::from_diagonal(&inverse);
+    let mut eigen = scaled.symmetric_eigen();
+    eigen.eigenvalues.apply(|value| *value = value.max(T::lit(0.01)));
+    let back = Matrix3::from_diagonal(&scale);
+    back * eigen.recompose() * back
+}
