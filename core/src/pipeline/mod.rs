@@ -14,6 +14,8 @@ mod config;
 mod motion_noise;
 mod report;
 mod storage;
+#[cfg(all(feature = "alloc", feature = "sift"))]
+mod visual_motion;
 
 pub use config::{Config, Model, MountError};
 pub use motion_noise::{MotionNoise, Odometry};
@@ -21,6 +23,8 @@ pub use report::{CornerReport, Report};
 #[cfg(feature = "alloc")]
 pub use storage::OnHeap;
 pub use storage::{Memory, Storage};
+#[cfg(all(feature = "alloc", feature = "sift"))]
+pub use visual_motion::{VisualConfig, VisualMotion, VisualStep};
 
 use crate::Result;
 use crate::geometry::{Pose, RangeFinder};
@@ -106,6 +110,15 @@ impl<S: Storage> Pipeline<S> {
     /// [`Error::OutOfRange`](crate::Error::OutOfRange) for a number that is not finite.
     pub fn odometry(&mut self, time: f64, odometry: &Odometry) -> Result<()> {
         self.map.filter_mut().predict(time, &self.config.motion.increment(odometry))
+    }
+
+    /// Moves the robot by a step with its covariance, up to `time` in seconds: from other sensors, or from the
+    /// pictures themselves.
+    ///
+    /// # Errors
+    /// As [`odometry`](Self::odometry).
+    pub fn motion(&mut self, time: f64, increment: &Increment<f32>) -> Result<()> {
+        self.map.filter_mut().predict(time, increment)
     }
 
     /// Takes a whole picture, as of `time` in seconds.
