@@ -6,11 +6,17 @@
 //!
 //! | module | in JavaScript |
 //! |---|---|
+//! | [`pipeline`], [`report`] | `Pipeline`: pictures and odometry in; corners, pose and map out |
 //! | [`range_finder`] | `RangeFinder`: range, bearing and ±σ of a pixel, tape measure, horizon, floor grid |
 #![warn(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
+pub mod mount_fit;
 pub mod outline;
+pub mod pipeline;
 pub mod range_finder;
+pub mod report;
 pub mod tape;
 
+pub use pipeline::Pipeline;
 pub use range_finder::RangeFinder;
+pub use report::Report;

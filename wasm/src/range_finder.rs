@@ -1,4 +1,5 @@
 //! A camera on its mount, as JavaScript sees it.
+use crate::mount_fit::{self, KnownPoint};
 use crate::{outline, tape};
 use monorange_core::geometry::{self, Camera, Distortion, Mount, NoFloor};
 use monorange_core::{Error, Result};
@@ -104,6 +105,20 @@ impl RangeFinder {
         outline::horizon(&self.finder).into()
     }
 
+    /// The mount from rows u, v, x, y of clicked pixels and the floor points they are known to see, as height,
+    /// tilt, roll, yaw, forward, left; the standard deviations of the first four; the root mean square distance
+    /// (m); the correlation of height and tilt.
+    ///
+    /// # Errors
+    /// A sentence, where the points do not determine the mount.
+    #[wasm_bindgen(js_name = fitMount)]
+    pub fn fit_mount(&self, rows: &[f64]) -> core::result::Result<Vec<f64>, JsError> {
+        let points: Vec<_> = rows.chunks_exact(4).filter_map(known_point).collect();
+        let fit = self.wide().and_then(|(camera, mount)| mount_fit::fit_mount(&camera, &mount, &points));
+        let fit = fit.map_err(|error| JsError::new(&error.to_string()))?;
+        Ok(fit.parameters.into_iter().chain(fit.std).chain([fit.rms, fit.correlation]).collect())
+    }
+
     /// The floor grid as rows u, v, range; each line ends with a row NaN, NaN, label: its distance ahead for a line
     /// across, NaN for a line along.
     pub fn grid(&self, spacing: f32, reach: f32) -> Box<[f32]> {
@@ -114,6 +129,11 @@ impl RangeFinder {
     pub fn footprint(&self, reach: f32) -> Box<[f32]> {
         outline::footprint(&self.finder, reach).into()
     }
+}
+
+fn known_point(row: &[f64]) -> Option<KnownPoint> {
+    let [u, v, x, y] = *row else { return None };
+    Some(KnownPoint { pixel: Vector2::new(u, v), point_in_robot: Vector2::new(x, y) })
 }
 
 const NOTHING: Sighting = Sighting {
@@ -144,6 +164,35 @@ impl RangeFinder {
             pixel_covariance: Matrix2::new(std_u * std_u, 0.0, 0.0, std_v * std_v),
             mount_std,
         })
+    }
+}
+
+impl RangeFinder {
+    pub(crate) fn finder(&self) -> &geometry::RangeFinder<f32> {
+        &self.finder
+    }
+
+    /// Camera and mount in f64.
+    fn wide(&self) -> Result<(Camera<f64>, Mount<f64>)> {
+        let camera = self.finder.camera();
+        let Distortion { k1, k2, p1, p2, k3 } = camera.distortion();
+        let [k1, k2, p1, p2, k3] = [k1, k2, p1, p2, k3].map(f64::from);
+        let pair = |v: Vector2<f32>| [v.x.into(), v.y.into()];
+        let camera = Camera::new(
+            camera.width(),
+            camera.height(),
+            pair(camera.focal()),
+            pair(camera.principal()),
+            camera.skew().into(),
+            Distortion { k1, k2, p1, p2, k3 },
+        )?;
+        Ok((camera, Mount::new(self.finder.mount().parameters().map(f64::from))?))
+    }
+
+    /// Standard deviations of the mount's height, tilt, roll and yaw.
+    pub(crate) fn angles_and_height_std(&self) -> [f32; 4] {
+        let [height, tilt, roll, yaw, ..] = self.mount_std;
+        [height, tilt, roll, yaw]
     }
 }
 

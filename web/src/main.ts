@@ -16,6 +16,9 @@ import { MapView } from './map/map-view.ts';
 import { registerOffline } from './offline/register.ts';
 import { mountPlots } from './plots/plots.ts';
 import { mountIncoming } from './sequence/incoming.ts';
+import { kindOf } from './sequence/kinds.ts';
+import { LiveCamera } from './sequence/live.ts';
+import { Video } from './sequence/video.ts';
 import { guessedRig } from './setup/rig.ts';
 import { Setup } from './setup/setup.ts';
 import { mountTheme } from './theme/switch.ts';
@@ -42,14 +45,18 @@ const store = new Store({
 });
 
 const engine = new Engine();
+let runs = 0;
+let video: Video | null = null;
+let live: LiveCamera | null = null;
 const player = new Player(store, (frame) => engine.call('picture', { frame }));
 
 async function start(): Promise<void> {
   mountTheme();
   mountLayers(store);
   mountStatus(store);
+  const before = performance.now();
   await init();
-  performance.mark('wasm-ready');
+  performance.measure('wasm-init', { start: before });
   const camera = new CameraView(store);
   const map = new MapView(store, () => camera.ground);
   new Timeline(store, (frame) => player.show(frame));
@@ -59,17 +66,23 @@ async function start(): Promise<void> {
   mountKeys(store, player, () => camera.fit());
   mountIncoming((files) => void open(files));
   for (const id of ['sample', 'empty-sample']) byId(id).addEventListener('click', () => void openSample());
-  byId('cancel').addEventListener('click', () => engine.cancel());
-  engine.onResults = ({ results, picture, secondsLeft }) => {
+  byId('cancel').addEventListener('click', () => (live ? stopLive() : engine.cancel()));
+  for (const id of ['camera', 'empty-camera']) byId(id).addEventListener('click', () => void openLive());
+  engine.onWanted = async (frame) => (await video?.frame(frame)) ?? null;
+  engine.onResults = ({ run: number, results, picture, secondsLeft }) => {
+    if (number !== runs) return picture?.close();
     const last = results.at(-1)?.index ?? 0;
+    for (const { problem } of results) if (problem) say(`${problem}. It is skipped.`);
     store.set({ results: [...store.state.results, ...results], secondsLeft });
     if (picture && player.following) player.showWith(last, picture);
     else picture?.close();
   };
   store.on(['phase', 'results', 'sequence'], ({ phase, results, sequence }) => {
+    document.body.dataset['phase'] = phase;
     byId('empty').hidden = phase !== 'empty' && phase !== 'starting';
     byId('camera-frame').classList.toggle('is-empty', phase === 'empty' || phase === 'starting');
-    byId('cancel').hidden = phase !== 'running';
+    byId('cancel').hidden = phase !== 'running' && phase !== 'live';
+    byId('cancel').textContent = phase === 'live' ? 'Stop' : 'Cancel';
     byId('progress').textContent = phase === 'running' ? `${Math.round((100 * results.length) / (sequence?.frames.length ?? 1))} %` : '';
   });
   addEventListener('hashchange', () => store.set(withHash(location.hash, store.state.rig, store.state.layers)));
@@ -88,9 +101,12 @@ async function showEmpty(): Promise<void> {
   }
 }
 
+/** A setting was changed for good: it goes into the address, and the sequence runs again with it. */
 function remember(): void {
   const hash = hashOf(store.state.rig, store.state.layers);
-  if (hash !== location.hash) history.pushState(null, '', hash);
+  if (hash === location.hash) return;
+  history.pushState(null, '', hash);
+  if (store.state.sequence && store.state.phase !== 'live') void run();
 }
 
 async function openSample(): Promise<void> {
@@ -98,34 +114,94 @@ async function openSample(): Promise<void> {
 }
 
 async function open(files: SourceFile[]): Promise<void> {
-  if (files.length === 0) return;
-  await begin(() => engine.call('open', { files }));
+  const found = files.find(({ path }) => kindOf(path) === 'video');
+  if (found && !files.some(({ path }) => kindOf(path) === 'picture')) return openVideo(found);
+  if (files.length > 0) await begin(() => engine.call('open', { files }));
+}
+
+async function openVideo({ path, blob }: SourceFile): Promise<void> {
+  await begin(async () => {
+    const next = await Video.open(path, blob);
+    video?.close();
+    video = next;
+    const { frames, interval, width, height } = next;
+    return engine.call('openStream', { name: path, frames, interval, width, height });
+  });
 }
 
 async function begin(opening: () => Promise<SequenceInfo>): Promise<void> {
   clearMessages();
+  stopLive();
   engine.cancel();
   const before = store.state.phase;
   store.set({ phase: 'opening' });
   try {
     const sequence = await opening();
-    player.reset();
     const rig = sequence.rig ?? guessedRig(sequence.width, sequence.height);
-    store.set({ sequence, results: [], frame: 0, tape: [], selected: null, knownPoints: [], rig });
     for (const note of sequence.notes) say(note, 'note');
+    if (sequence.frames.length === 0) {
+      // Only a rig: it is tried on whatever is on show.
+      return store.set({ rig, phase: before === 'opening' ? 'empty' : before, setupOpen: true });
+    }
+    player.reset();
+    store.set({ sequence, results: [], frame: 0, tape: [], selected: null, knownPoints: [], ...withHash(location.hash, rig, store.state.layers) });
     player.show(0);
     await run();
   } catch (error) {
-    store.set({ phase: before === 'opening' ? 'empty' : before });
+    store.set({ phase: before === 'opening' || before === 'running' || before === 'live' ? (store.state.sequence ? 'cancelled' : 'empty') : before });
     say(sentence(error));
   }
 }
 
 async function run(): Promise<void> {
+  const number = ++runs;
   player.following = true;
   store.set({ phase: 'running', results: [], secondsLeft: null });
-  const end = await engine.call('run', { rig: store.state.rig, motion: 'auto' });
-  store.set({ phase: end, secondsLeft: null });
+  try {
+    const end = await engine.call('run', { number, rig: store.state.rig });
+    if (number === runs) store.set({ phase: end, secondsLeft: null });
+  } catch (error) {
+    if (number !== runs) return;
+    store.set({ phase: 'cancelled', secondsLeft: null });
+    say(sentence(error));
+  }
+}
+
+/** The camera: pictures one after another, each dealt with before the next is taken. */
+async function openLive(): Promise<void> {
+  if (live) return stopLive();
+  clearMessages();
+  engine.cancel();
+  try {
+    const camera = await LiveCamera.open();
+    live = camera;
+    const rig = store.state.rig.width === camera.width && store.state.rig.height === camera.height ? store.state.rig : guessedRig(camera.width, camera.height);
+    runs += 1;
+    player.reset();
+    store.set({ phase: 'live', sequence: liveSequence(camera), results: [], frame: 0, tape: [], selected: null, knownPoints: [], rig });
+    await engine.call('startLive', { rig });
+    const begin = performance.now();
+    for (let index = 0; live === camera; index += 1) {
+      const [shown, computed] = await Promise.all([camera.frame(), camera.frame()]);
+      const result = await engine.call('live', { picture: computed, t: (performance.now() - begin) / 1000, index }, [computed]);
+      if (live !== camera) return shown.close();
+      store.set({ results: [...store.state.results, result] });
+      player.showWith(index, shown);
+    }
+  } catch (error) {
+    stopLive();
+    say(sentence(error));
+  }
+}
+
+function liveSequence({ width, height }: LiveCamera): SequenceInfo {
+  return { name: 'Camera', frames: [], times: new Float64Array(), width, height, rig: null, truth: null, laser: null, hasOdometry: false, notes: [] };
+}
+
+function stopLive(): void {
+  live?.close();
+  live = null;
+  if (store.state.phase === 'live') store.set({ phase: 'cancelled' });
 }
 
 function sentence(error: unknown): string {

@@ -3,7 +3,7 @@ import { existsSync } from 'node:fs';
 import { cp, mkdtemp, rm } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { chromium, type BrowserContext } from 'playwright-core';
+import { chromium, type BrowserContext, type Page } from 'playwright-core';
 import { preview, type PreviewServer } from 'vite';
 
 const BROWSERS = ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'];
@@ -47,4 +47,14 @@ export async function openSite(options: { width?: number; height?: number; dark?
       await rm(root, { recursive: true, force: true });
     },
   };
+}
+
+/** What the page says it is doing. */
+export function phase(page: Page): Promise<string> {
+  return page.evaluate(() => document.body.dataset['phase'] ?? '');
+}
+
+/** Waits until the page is in one of these phases. */
+export async function waitForPhase(page: Page, ...phases: string[]): Promise<void> {
+  await page.waitForFunction((wanted) => wanted.includes(document.body.dataset['phase'] ?? ''), phases, { timeout: 45_000, polling: 20 });
 }

@@ -169,7 +169,8 @@ export class CameraView {
     const scene: overlay.Scene = { context, viewport, colours: palette(), width: this.canvas.width, height: this.canvas.height };
     const corner = viewport.toScreen(-0.5, -0.5);
     const [width, height] = [rig.width * viewport.scale, rig.height * viewport.scale];
-    context.fillStyle = scene.colours.line;
+    // Dark, so that grid and horizon show without a picture too.
+    context.fillStyle = '#3a4047';
     context.fillRect(corner.x, corner.y, width, height);
     if (picture && layers['picture']) {
       context.imageSmoothingEnabled = viewport.scale < 3;

@@ -17,6 +17,8 @@ const REASONS: Record<number, string> = {
   [Status.OutsideLensModel]: 'outside the lens model',
 };
 
+type Twelve = [number, number, number, number, number, number, number, number, number, number, number, number];
+
 export class Ground {
   readonly rig: Rig;
   readonly #finder: RangeFinder;
@@ -50,6 +52,12 @@ export class Ground {
   project(x: number, y: number): { u: number; v: number } | null {
     const pixel = this.#finder.project(x, y);
     return pixel ? { u: pixel[0] ?? 0, v: pixel[1] ?? 0 } : null;
+  }
+
+  /** The mount from known points; throws a sentence where they do not determine it. */
+  fit(points: { u: number; v: number; x: number; y: number }[]): Twelve {
+    const rows = Float64Array.from(points.flatMap(({ u, v, x, y }) => [u, v, x, y]));
+    return [...this.#finder.fitMount(rows)] as Twelve;
   }
 
   /** Rows u, v. */

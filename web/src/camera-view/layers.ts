@@ -20,7 +20,7 @@ const CAMERA: Layer[] = [
   { name: 'ranges', label: 'Ranges', glyph: 'text', colour: 'text', hint: 'Number, range and ±σ of each corner' },
   { name: 'predicted', label: 'Predicted', glyph: 'ellipse', colour: 'predicted', hint: 'Where the map expects its landmarks: 2σ' },
   { name: 'refused', label: 'Refused', glyph: 'ring', colour: 'refused', hint: 'Corners that were refused; point at one for the reason' },
-  { name: 'lines', label: 'Lines', glyph: 'line', colour: 'mapped', hint: 'Straight lines found' },
+  { name: 'lines', label: 'Lines', glyph: 'line', colour: 'seen', hint: 'Straight lines found' },
   { name: 'horizon', label: 'Horizon', glyph: 'dashed', colour: 'text', hint: 'The horizon' },
   { name: 'grid', label: 'Floor grid', glyph: 'grid', colour: 'quiet', hint: 'Floor grid of 1 m, bold every 5 m' },
 ];

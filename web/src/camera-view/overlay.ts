@@ -29,7 +29,6 @@ export function drawGrid(scene: Scene, ground: Ground): void {
   const rows = ground.grid(spacing);
   const labels: { text: string; x: number; y: number }[] = [];
   context.save();
-  context.lineCap = 'round';
   let start = 0;
   for (let row = 0; row < rows.length; row += 3) {
     if (!Number.isNaN(rows[row] ?? NaN)) continue;
@@ -51,7 +50,7 @@ export function drawGrid(scene: Scene, ground: Ground): void {
       context.lineWidth = bold ? 1.5 : 0.9;
       context.stroke();
     }
-    if (across && ahead > 0) {
+    if (across && isLabelled(ahead / spacing)) {
       const at = middleOf(rows, start, row);
       if (at) labels.push({ text: `${Number(ahead.toFixed(2))} m`, ...scene.viewport.toScreen(at.u, at.v) });
     }
@@ -59,6 +58,12 @@ export function drawGrid(scene: Scene, ground: Ground): void {
   }
   context.restore();
   drawGridLabels(scene, labels);
+}
+
+/** 1 to 5, then every fifth: farther ones would meet. */
+function isLabelled(lines: number): boolean {
+  const line = Math.round(lines);
+  return line > 0 && (line <= 5 || line % 5 === 0);
 }
 
 /** The vertex of a line that is nearest to straight ahead: the one of least range. */
@@ -115,7 +120,7 @@ export function drawHorizon(scene: Scene, ground: Ground): void {
 
 export function drawLines(scene: Scene, result: FrameResult): void {
   const { context, viewport, colours } = scene;
-  for (const [colour, width] of [['rgb(0 0 0 / 40%)', 2.6], [colours.mapped, 1.3]] as const) {
+  for (const [colour, width] of [['rgb(0 0 0 / 40%)', 2.6], [colours.seen, 1.2]] as const) {
     context.beginPath();
     for (let row = 0; row < result.lines.length; row += LINE.width) {
       const [u0, v0, u1, v1] = result.lines.subarray(row, row + LINE.width) as unknown as [number, number, number, number];

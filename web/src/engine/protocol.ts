@@ -31,7 +31,7 @@ export const LANDMARK = { id: 0, x: 1, y: 2, varX: 3, covXY: 4, varY: 5, seen: 6
 /** Columns of a line's row, in pixels. */
 export const LINE = { u0: 0, v0: 1, u1: 2, v1: 3, width: 4 } as const;
 
-export const STAGES = ['decode', 'extract', 'motion', 'filter'] as const;
+export const STAGES = ['decode', 'edges', 'lines', 'map'] as const;
 
 export interface FrameResult {
   index: number;
@@ -73,8 +73,9 @@ export interface SequenceInfo {
 
 /** Settings of a run. */
 export interface RunSettings {
+  /** Told apart by this number: results of an earlier run may still be on their way. */
+  number: number;
   rig: Rig;
-  motion: 'auto' | 'odometry' | 'floor' | 'sift';
 }
 
 /** What the page asks, and what it is answered. */
@@ -86,7 +87,8 @@ export interface Calls {
   openStream: { ask: { name: string; frames: number; interval: number; width: number; height: number }; answer: SequenceInfo };
   picture: { ask: { frame: number }; answer: ImageBitmap };
   run: { ask: RunSettings; answer: 'done' | 'cancelled' };
-  live: { ask: { picture: ImageBitmap; t: number }; answer: FrameResult };
+  startLive: { ask: { rig: Rig }; answer: void };
+  live: { ask: { picture: ImageBitmap; t: number; index: number }; answer: FrameResult };
   write: { ask: { name: string }; answer: string };
 }
 
@@ -100,6 +102,6 @@ export type Request =
 export type Reply =
   | { kind: 'answer'; id: number; answer: unknown }
   | { kind: 'failure'; id: number; sentence: string }
-  | { kind: 'results'; results: FrameResult[]; picture: ImageBitmap | null; secondsLeft: number }
+  | { kind: 'results'; run: number; results: FrameResult[]; picture: ImageBitmap | null; secondsLeft: number }
   /** A frame of a video or a camera, which only the page can decode. */
   | { kind: 'wanted'; id: number; frame: number };

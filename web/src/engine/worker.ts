@@ -1,15 +1,21 @@
 /** The worker: every file is read, every picture decoded and every number computed here. */
+import { init } from 'monorange-wasm';
 import { type Picture, bitmapOf, pixelsOf } from '../sequence/picture.ts';
 import { guessedRig } from '../setup/rig.ts';
 import { kindOf } from '../sequence/kinds.ts';
 import type { CallName, Calls, Reply, Request, SequenceInfo } from './protocol.ts';
+import { run, Stepper } from './run.ts';
 import { sampleFiles } from './sample.ts';
 import { Sequence, type Frame, type Source } from './sequence.ts';
+import { write, type Written } from './write.ts';
 
 let sequence: Sequence | null = null;
 /** What the sequence was opened from. */
 let sources: Source[] = [];
-let cancelled = false;
+/** The run that may go on; any other one ends at its next picture. */
+let running = -1;
+let live: Stepper | null = null;
+let written: Written = { results: [], map: new Float64Array() };
 const wanted = new Map<number, (picture: ImageBitmap | null) => void>();
 let nextWanted = 0;
 
@@ -35,6 +41,15 @@ function opened(): Sequence {
   return sequence;
 }
 
+let opening: Promise<unknown> = Promise.resolve();
+
+/** One after another: files are lent to their readers through one place. */
+function inTurn<T>(work: () => Promise<T>): Promise<T> {
+  const turn = opening.then(work);
+  opening = turn.catch(() => undefined);
+  return turn;
+}
+
 /** Opens files, those of the sequence that is open beside them when they hold no pictures of their own. */
 async function open(files: Source[]): Promise<SequenceInfo> {
   const complete = files.some(({ path }) => kindOf(path) === 'picture');
@@ -45,17 +60,13 @@ async function open(files: Source[]): Promise<SequenceInfo> {
 }
 
 const calls: { [Name in CallName]: (ask: Calls[Name]['ask']) => Promise<Calls[Name]['answer']> } = {
-  async preview() {
-    const shown = await Sequence.of(await sampleFiles(1, 2, 1));
+  preview: () => inTurn(async () => {
+    const shown = await Sequence.of(await sampleFiles(2, 3, 1));
     const picture = await shown.decode(0);
     return { picture: await bitmapOf(picture), rig: shown.info.rig ?? guessedRig(picture.width, picture.height) };
-  },
-  async sample({ frames, walkers, seed }) {
-    return open(await sampleFiles(frames, walkers, seed));
-  },
-  async open({ files }) {
-    return open(files.map(({ path, blob }) => ({ path, blob: () => blob })));
-  },
+  }),
+  sample: ({ frames, walkers, seed }) => inTurn(async () => open(await sampleFiles(frames, walkers, seed))),
+  open: ({ files }) => inTurn(() => open(files.map(({ path, blob }) => ({ path, blob: () => blob })))),
   async openStream({ name, frames, interval, width, height }) {
     const list: Frame[] = Array.from({ length: frames }, (_, frame) => ({
       path: `${name}, frame ${frame + 1}`,
@@ -68,21 +79,40 @@ const calls: { [Name in CallName]: (ask: Calls[Name]['ask']) => Promise<Calls[Na
   async picture({ frame }) {
     return bitmapOf(await opened().decode(frame));
   },
-  async run() {
-    cancelled = false;
-    return cancelled ? 'cancelled' : 'done';
+  async run(settings) {
+    running = settings.number;
+    const mine: Written = { results: [], map: new Float64Array() };
+    written = mine;
+    const done = await run(opened(), settings, {
+      isCancelled: () => running !== settings.number,
+      progress: (results, picture, secondsLeft) =>
+        post({ kind: 'results', run: settings.number, results, picture, secondsLeft }, picture ? [picture] : []),
+    }, mine);
+    return done ? 'done' : 'cancelled';
   },
-  async live() {
-    throw new Error('not yet');
+  async startLive({ rig }) {
+    await init();
+    live?.free();
+    live = new Stepper(rig);
+    written = { results: [], map: new Float64Array() };
   },
-  async write() {
-    throw new Error('not yet');
+  async live({ picture, t, index }) {
+    if (!live) throw new Error('The camera is off.');
+    const pixels = pixelsOf(picture);
+    picture.close();
+    const result = live.step(pixels, index, `live ${index + 1}`, t, null, 0);
+    written.results.push(result);
+    return result;
+  },
+  async write({ name }) {
+    if (live) written.map = live.map();
+    return write(name, written);
   },
 };
 
 self.addEventListener('message', (event: MessageEvent<Request>) => {
   const request = event.data;
-  if (request.kind === 'cancel') cancelled = true;
+  if (request.kind === 'cancel') running = -1;
   else if (request.kind === 'frame') {
     wanted.get(request.id)?.(request.picture);
     wanted.delete(request.id);

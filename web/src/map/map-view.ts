@@ -99,6 +99,7 @@ export class MapView {
 
   #extentNow(state: Readonly<State>): Box {
     if (this.#extentOf > state.results.length) [this.#extent, this.#extentOf] = [null, 0];
+    if (!state.sequence) return this.#extentOfView();
     const box = (this.#extent ??= extentOfGiven(state));
     for (; this.#extentOf < state.results.length; this.#extentOf += 1) {
       const result = state.results[this.#extentOf];
@@ -110,6 +111,14 @@ export class MapView {
         if (std < 1) include(box, result.landmarks[row + LANDMARK.x] ?? 0, result.landmarks[row + LANDMARK.y] ?? 0);
       }
     }
+    return box;
+  }
+
+  /** Before there is anything to map: the robot and what it sees. */
+  #extentOfView(): Box {
+    const box = { left: -0.5, right: 1, low: -0.5, high: 0.5 };
+    const rows = this.#ground()?.footprint ?? [];
+    for (let row = 0; row + 1 < rows.length; row += 2) include(box, rows[row] ?? 0, rows[row + 1] ?? 0);
     return box;
   }
 

@@ -13,20 +13,23 @@ type Style = 'error' | 'band' | 'stack';
 
 interface Kind {
   title: string;
+  /** What it will show, while there is nothing to show. */
+  hint: string;
   style: Style;
   series: () => Series;
 }
 
 const LEFT_PX = 40;
-const STAGE_COLOURS = ['quiet', 'predicted', 'mapped', 'seen'] as const;
+/** Okabe–Ito's other colours: those of the legend keep their meaning. */
+const STAGE_COLOURS = ['#999999', '#0072b2', '#cc79a7', '#f0e442'];
 
 export function mountPlots(store: Store, show: (frame: number) => void): void {
   const panel = byId('plots');
   let component: Component = 'x';
   const kinds: Kind[] = [
-    { title: 'Pose', style: 'error', series: () => poseError(store.state.results, store.state.sequence?.truth ?? null, component) },
-    { title: 'NIS ÷ degrees of freedom', style: 'band', series: () => nis(store.state.results) },
-    { title: 'Time a stage', style: 'stack', series: () => stageTimes(store.state.results) },
+    { title: 'Pose', hint: 'Position and heading within ±3σ, against the truth where there is one', style: 'error', series: () => poseError(store.state.results, store.state.sequence?.truth ?? null, component) },
+    { title: 'NIS ÷ degrees of freedom', hint: 'Whether the errors are as large as the filter believes', style: 'band', series: () => nis(store.state.results) },
+    { title: 'Time a stage', hint: 'Milliseconds for each picture', style: 'stack', series: () => stageTimes(store.state.results) },
   ];
   const plots = kinds.map((kind) => new Plot(store, kind, show));
   const tabs = COMPONENTS.map((name) =>
@@ -128,13 +131,14 @@ class Plot {
     const colours = palette();
     const { rows } = this.#series;
     const { width, height } = this.#canvas;
+    if (rows.length === 0) return this.#drawNothing(context, colours);
     const frames = this.#frames();
     const plotWidth = width - LEFT_PX - 6;
     const [low, high] = limits(this.#series, this.#kind.style);
     const x = (frame: number) => LEFT_PX + ((frame + 0.5) / frames) * plotWidth;
     const y = (value: number) => height - 5 - ((value - low) / (high - low)) * (height - 11);
     this.#drawAxis(context, colours, low, high, y);
-    const styles = { error: () => drawError(context, rows, x, y, colours), band: () => drawBand(context, rows, x, y, colours), stack: () => drawStack(context, rows, x, y, colours) };
+    const styles = { error: () => drawError(context, rows, x, y, colours), band: () => drawBand(context, rows, x, y, colours), stack: () => drawStack(context, rows, x, y) };
     context.save();
     context.beginPath();
     context.rect(LEFT_PX, 0, plotWidth, height);
@@ -144,9 +148,17 @@ class Plot {
     const at = x(this.#store.state.frame);
     context.fillStyle = colours.text;
     context.globalAlpha = 0.6;
-    if (rows.length > 0) context.fillRect(at - 0.5, 0, 1, height);
+    context.fillRect(at - 0.5, 0, 1, height);
     context.globalAlpha = 1;
-    if (this.#kind.style === 'stack' && rows.length > 0) this.#drawKey(context, colours);
+    if (this.#kind.style === 'stack') this.#drawKey(context, colours);
+  }
+
+  #drawNothing(context: CanvasRenderingContext2D, colours: Palette): void {
+    context.font = font(12);
+    context.textAlign = 'center';
+    context.textBaseline = 'middle';
+    context.fillStyle = colours.quiet;
+    context.fillText(this.#kind.hint, this.#canvas.width / 2, this.#canvas.height / 2 - 6);
   }
 
   #drawAxis(context: CanvasRenderingContext2D, colours: Palette, low: number, high: number, y: (value: number) => number): void {
@@ -175,7 +187,7 @@ class Plot {
       context.fillStyle = colours.panel;
       context.fillRect(left - 2, 2, width + 18, 14);
       context.globalAlpha = 1;
-      context.fillStyle = colours[STAGE_COLOURS[index] ?? 'quiet'];
+      context.fillStyle = STAGE_COLOURS[index] ?? colours.quiet;
       context.fillRect(left, 5.5, 8, 7);
       context.fillStyle = colours.text;
       context.fillText(name, left + 11, 9.5);
@@ -251,12 +263,12 @@ function drawBand(context: CanvasRenderingContext2D, rows: number[][], x: Scale,
   });
 }
 
-function drawStack(context: CanvasRenderingContext2D, rows: number[][], x: Scale, y: Scale, colours: Palette): void {
+function drawStack(context: CanvasRenderingContext2D, rows: number[][], x: Scale, y: Scale): void {
   const width = Math.max(1, x(1) - x(0) - (x(1) - x(0) > 3 ? 1 : 0));
   rows.forEach((row, frame) => {
     let sum = 0;
     row.forEach((value, stage) => {
-      context.fillStyle = colours[STAGE_COLOURS[stage] ?? 'quiet'];
+      context.fillStyle = STAGE_COLOURS[stage] ?? '#999999';
       context.fillRect(x(frame) - width / 2, y(sum + value), width, y(sum) - y(sum + value));
       sum += value;
     });

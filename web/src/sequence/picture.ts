@@ -52,17 +52,6 @@ export function bitmapOf({ width, height, pixels, channels }: Picture): Promise<
   return createImageBitmap(new ImageData(new Uint8ClampedArray(shown.buffer), width, height));
 }
 
-/** Red, green, blue → grey, in whole numbers, as the host tool's library does it (Rec. 709 weights). */
-export function greyOf({ width, height, pixels, channels }: Picture): Uint8Array {
-  if (channels === 1) return pixels as Uint8Array;
-  const grey = new Uint8Array(width * height);
-  for (let at = 0, from = 0; at < grey.length; at += 1, from += 4) {
-    const sum = 2126 * (pixels[from] ?? 0) + 7152 * (pixels[from + 1] ?? 0) + 722 * (pixels[from + 2] ?? 0);
-    grey[at] = Math.trunc(sum / 10000);
-  }
-  return grey;
-}
-
 /** A binary grey map of 8 bits, or null for any other kind. */
 export function decodePgm(bytes: Uint8Array): Picture | null {
   const head = /^P5\s+(?:#[^\n]*\n\s*)*(\d+)\s+(?:#[^\n]*\n\s*)*(\d+)\s+(?:#[^\n]*\n\s*)*255\s/.exec(

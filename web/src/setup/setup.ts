@@ -143,8 +143,10 @@ export class Setup {
 
   #fitNow(): void {
     const { rig, knownPoints } = this.#store.state;
+    const ground = this.#ground();
+    if (!ground) return;
     try {
-      const fit = fitMount(rig, knownPoints);
+      const fit = fitMount(ground, knownPoints);
       this.#fit = fit;
       this.#store.set({ rig: { ...rig, mount: fit.mount, mountStd: fit.std } });
       this.#commit();
