@@ -12,9 +12,10 @@ struct Package {
     simd: bool,
 }
 
-const PACKAGES: [Package; 2] = [
+const PACKAGES: [Package; 3] = [
     Package { folder: "wasm", library: "monorange_wasm", simd: true },
     Package { folder: "wasm/files", library: "monorange_wasm_files", simd: false },
+    Package { folder: "wasm/pictures", library: "monorange_wasm_pictures", simd: false },
 ];
 
 /// What must stay small, in bytes after gzip: (glob-free prefix of the file's name, suffix, limit).

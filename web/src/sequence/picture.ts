@@ -27,8 +27,16 @@ export async function decode(path: string, blob: Blob): Promise<Picture> {
 }
 
 /** Kinds that no browser knows, by a module that loads when first needed. */
-async function decodeRare(_bytes: Uint8Array): Promise<Picture> {
-  throw new Error('this kind of picture cannot be read here; save it as PNG');
+async function decodeRare(bytes: Uint8Array): Promise<Picture> {
+  const pictures = await import('monorange-wasm-pictures');
+  await pictures.init();
+  const picture = new pictures.Picture(bytes);
+  try {
+    const pixels = new Uint8ClampedArray(picture.rgba() as Uint8Array<ArrayBuffer>);
+    return { width: picture.width, height: picture.height, pixels, channels: 4 };
+  } finally {
+    picture.free();
+  }
 }
 
 let canvas: OffscreenCanvas | null = null;
