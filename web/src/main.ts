@@ -46,6 +46,8 @@ const store = new Store({
 
 const engine = new Engine();
 let runs = 0;
+/** The rig as it was opened; the address says what was changed since. */
+let given = guessedRig(320, 240);
 let video: Video | null = null;
 let live: LiveCamera | null = null;
 const player = new Player(store, (frame) => engine.call('picture', { frame }));
@@ -85,7 +87,7 @@ async function start(): Promise<void> {
     byId('cancel').textContent = phase === 'live' ? 'Stop' : 'Cancel';
     byId('progress').textContent = phase === 'running' ? `${Math.round((100 * results.length) / (sequence?.frames.length ?? 1))} %` : '';
   });
-  addEventListener('hashchange', () => store.set(withHash(location.hash, store.state.rig, store.state.layers)));
+  addEventListener('hashchange', () => undo());
   await showEmpty();
 }
 
@@ -95,6 +97,7 @@ async function showEmpty(): Promise<void> {
   try {
     const { picture, rig } = await engine.call('preview', null);
     if (store.state.phase !== 'empty') return picture.close();
+    given = rig;
     store.set({ picture, ...withHash(location.hash, rig, store.state.layers) });
   } catch (error) {
     say(sentence(error));
@@ -106,6 +109,12 @@ function remember(): void {
   const hash = hashOf(store.state.rig, store.state.layers);
   if (hash === location.hash) return;
   history.pushState(null, '', hash);
+  if (store.state.sequence && store.state.phase !== 'live') void run();
+}
+
+/** Back to the settings that the address names. */
+function undo(): void {
+  store.set(withHash(location.hash, given, defaultLayers()));
   if (store.state.sequence && store.state.phase !== 'live') void run();
 }
 
@@ -138,9 +147,11 @@ async function begin(opening: () => Promise<SequenceInfo>): Promise<void> {
   try {
     const sequence = await opening();
     const rig = sequence.rig ?? guessedRig(sequence.width, sequence.height);
+    given = rig;
     for (const note of sequence.notes) say(note, 'note');
     if (sequence.frames.length === 0) {
       // Only a rig: it is tried on whatever is on show.
+      history.replaceState(null, '', location.pathname + location.search);
       return store.set({ rig, phase: before === 'opening' ? 'empty' : before, setupOpen: true });
     }
     player.reset();
@@ -159,7 +170,10 @@ async function run(): Promise<void> {
   store.set({ phase: 'running', results: [], secondsLeft: null });
   try {
     const end = await engine.call('run', { number, rig: store.state.rig });
-    if (number === runs) store.set({ phase: end, secondsLeft: null });
+    if (number !== runs) return;
+    store.set({ phase: end, secondsLeft: null });
+    // The last word of a run comes without a picture.
+    if (player.following) player.show(store.state.results.length - 1);
   } catch (error) {
     if (number !== runs) return;
     store.set({ phase: 'cancelled', secondsLeft: null });

@@ -1,6 +1,6 @@
 /** A real browser on the built page, served from a sub-path of the loopback address. */
 import { existsSync } from 'node:fs';
-import { cp, mkdtemp, rm } from 'node:fs/promises';
+import { cp, mkdtemp, readFile, rm } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { chromium, type BrowserContext, type Page } from 'playwright-core';
@@ -49,6 +49,13 @@ export async function openSite(options: { width?: number; height?: number; dark?
   };
 }
 
+/** The text of a file that the page's export menu saves. */
+export async function exported(page: Page, name: string): Promise<string> {
+  await page.click('#export-toggle');
+  const [download] = await Promise.all([page.waitForEvent('download'), page.click(`#export-menu button:has-text("${name}")`)]);
+  return readFile(await download.path(), 'utf8');
+}
+
 /** What the page says it is doing. */
 export function phase(page: Page): Promise<string> {
   return page.evaluate(() => document.body.dataset['phase'] ?? '');
@@ -56,5 +63,5 @@ export function phase(page: Page): Promise<string> {
 
 /** Waits until the page is in one of these phases. */
 export async function waitForPhase(page: Page, ...phases: string[]): Promise<void> {
-  await page.waitForFunction((wanted) => wanted.includes(document.body.dataset['phase'] ?? ''), phases, { timeout: 45_000, polling: 20 });
+  await page.waitForFunction((wanted) => wanted.includes(document.body.dataset['phase'] ?? ''), phases, { timeout: 90_000, polling: 20 });
 }

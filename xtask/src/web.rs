@@ -52,9 +52,10 @@ pub(crate) fn build() -> Result<()> {
     sizes()
 }
 
-/// The page's own tests, then the built page in a real browser.
+/// The page's own tests, then the built page in a real browser, beside the command line.
 pub(crate) fn test() -> Result<()> {
     build()?;
+    shell::run(&mut shell::cargo("build --quiet -p monorange"))?;
     npm(&["test"])?;
     npm(&["run", "test:browser"])
 }
@@ -81,6 +82,10 @@ fn packages() -> Result<()> {
             let name = package.library.replace('_', "-");
             let mut build =
                 shell::cargo(&format!("build --quiet -p {name} --lib --profile wasm --target {WASM}"));
+            if !package.simd {
+                // Loaded when needed, and never in a hurry: as small as can be.
+                build.env("CARGO_PROFILE_WASM_OPT_LEVEL", "s");
+            }
             build.env("RUSTFLAGS", format!("-Ctarget-feature={features}"));
             // A folder each, or every change of flags would build everything anew.
             build.env("CARGO_TARGET_DIR", shell::root().join("target/wasm").join(variant));

@@ -1,11 +1,15 @@
 //! The text files that come with pictures, read by the command line's own readers.
 use core::fmt::Display;
 use monorange::evaluation::Truth;
-use monorange::files::{self, Odometry, Rig, memory, read_camera_info, read_times, read_trajectory};
+use monorange::files::{self, Odometry, Rig, Table, memory, read_camera_info, read_times, read_trajectory};
 use monorange_core::geometry::Pose;
+use nalgebra::Vector2;
 use serde_json::json;
 use std::path::Path;
 use wasm_bindgen::prelude::*;
+
+/// Seconds over which truth is interpolated.
+const MAX_GAP: f64 = 2.0;
 
 type Answer<T> = Result<T, JsError>;
 
@@ -82,17 +86,34 @@ pub fn times(path: &str) -> Answer<Vec<f64>> {
 /// A sentence with the file and the line.
 #[wasm_bindgen]
 pub fn truth(path: &str, times: &[f64]) -> Answer<Vec<f64>> {
-    const MAX_GAP: f64 = 2.0;
     let poses = read_trajectory(Path::new(path)).map_err(sentence)?;
     let truth = Truth::new(&poses, MAX_GAP);
     let poses: Vec<_> = times.iter().map(|time| truth.at(*time)).collect();
-    let world_from_first = poses.iter().flatten().next().copied().unwrap_or_default();
-    let first_from_world = world_from_first.inverse();
+    let first_from_world = poses.iter().flatten().next().copied().unwrap_or_default().inverse();
     let row = |pose: Option<Pose<f64>>| match pose.map(|pose| first_from_world.compose(&pose)) {
         Some(Pose { x, y, heading }) => [x, y, heading],
         None => [f64::NAN; 3],
     };
     Ok(poses.into_iter().flat_map(row).collect())
+}
+
+/// Points of a laser as x, y, every so many of them that at most `most` are left. Where there is a true
+/// trajectory they are relative to its pose at the time `start`, as [`truth`] is.
+///
+/// # Errors
+/// A sentence with the file and the line.
+#[wasm_bindgen]
+pub fn laser(path: &str, truth_path: Option<String>, start: f64, most: usize) -> Answer<Vec<f32>> {
+    let points =
+        Table::read(Path::new(path)).and_then(|table| table.numbers(["x", "y"])).map_err(sentence)?;
+    let truth = truth_path.map(|path| read_trajectory(Path::new(&path))).transpose().map_err(sentence)?;
+    let first = truth.and_then(|poses| Truth::new(&poses, MAX_GAP).at(start)).unwrap_or_default();
+    let kept = points.iter().step_by(points.len().div_ceil(most.max(1)).max(1));
+    let rows = kept.flat_map(|[x, y]| {
+        let point = first.inverse_transform(Vector2::new(*x, *y));
+        [point.x as f32, point.y as f32]
+    });
+    Ok(rows.collect())
 }
 
 /// What the wheels say.

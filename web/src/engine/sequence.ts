@@ -17,6 +17,10 @@ export interface Frame {
   decode(): Promise<Picture>;
 }
 
+const BESIDE = ['rig', 'camera', 'times', 'odometry', 'truth', 'laser'] as const;
+/** More would only be drawn over one another. */
+const MOST_LASER_POINTS = 20_000;
+
 /** The motions between two times: rows of speed ahead, to the left, turn rate, duration. */
 type Wheels = InstanceType<Files['Wheels']>;
 
@@ -55,13 +59,12 @@ export class Sequence {
     const paths = mainFolder((byKind.get('picture') ?? []).map(({ path }) => path)).sort(naturalOrder);
     const byPath = new Map(sources.map((source) => [source.path, source]));
     const frames = paths.map((path): Frame => ({ path, decode: () => decode(path, byPath.get(path)?.blob() ?? new Blob()) }));
-    const beside = ['rig', 'camera', 'times', 'odometry', 'truth'] as const;
     if (frames.length === 0 && !byKind.has('rig') && !byKind.has('camera')) throw new Error(nothingToShow(sources));
 
     const size = frames.length > 0 ? await firstSize(frames) : { width: 0, height: 0 };
     const folder = paths[0]?.includes('/') ? paths[0].slice(0, paths[0].indexOf('/')) : '';
     const sequence = new Sequence(folder || count(frames.length, 'picture'), frames, size.width, size.height);
-    if (beside.some((kind) => byKind.has(kind))) await sequence.#readBeside(byKind);
+    if (BESIDE.some((kind) => byKind.has(kind))) await sequence.#readBeside(byKind);
     for (const { path } of byKind.get('other') ?? []) {
       if (frames.length > 0) sequence.info.notes.push(`${baseName(path)} is not used: it is neither a picture nor a file that a sequence needs.`);
     }
@@ -72,7 +75,7 @@ export class Sequence {
     const { info } = this;
     const files = await loadFiles();
     files.forget_all();
-    for (const kind of ['rig', 'camera', 'times', 'odometry', 'truth'] as const) {
+    for (const kind of BESIDE) {
       for (const { path, blob } of byKind.get(kind) ?? []) files.offer(path, new Uint8Array(await blob().arrayBuffer()));
     }
     /** The one file of a kind; others of it are said to be left out. */
@@ -99,6 +102,8 @@ export class Sequence {
     }
     const truth = one('truth');
     if (truth) info.truth = Float32Array.from(files.truth(truth, info.times));
+    const laser = one('laser');
+    if (laser) info.laser = files.laser(laser, truth, info.times[0] ?? 0, MOST_LASER_POINTS);
   }
 
   #checkSize(): void {

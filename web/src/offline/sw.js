@@ -27,6 +27,6 @@ self.addEventListener('fetch', (event) => {
   if (request.method !== 'GET' || new URL(request.url).origin !== location.origin) return;
   const key = request.mode === 'navigate' ? './' : request;
   event.respondWith(
-    caches.open(CACHE).then(async (cache) => (await cache.match(key, { ignoreSearch: true })) ?? fetch(request)),
+    caches.open(CACHE).then(async (cache) => (await cache.match(key, { ignoreSearch: true, ignoreVary: true })) ?? fetch(request)),
   );
 });

@@ -44,6 +44,11 @@ export function mountPlots(store: Store, show: (frame: number) => void): void {
     }, name),
   );
   plots[0]?.heading.append(element('span', { class: 'tabs', role: 'group', 'aria-label': 'Component' }, ...tabs));
+  // Folded on a phone, where they would push the rest away; wide screens have room and no summary to press.
+  const narrow = matchMedia('(max-width: 760px)');
+  const fold = () => byId<HTMLDetailsElement>('plots-fold').toggleAttribute('open', !narrow.matches);
+  narrow.addEventListener('change', fold);
+  fold();
   panel.replaceChildren(...plots.map((plot) => plot.element));
 }
 

@@ -5,7 +5,7 @@ test('files are told apart by their names', () => {
   const kinds = {
     'a/frames/000001.png': 'picture', 'IMG_2.JPEG': 'picture', 'scan.pgm': 'picture', 'drive.mp4': 'video', 'rig.toml': 'rig',
     'camera.yaml': 'camera', 'left_intrinsics.yml': 'camera', 'odometry.csv': 'odometry', 'times.txt': 'times', 'truth.tum': 'truth',
-    'groundtruth.txt': 'truth', 'laser.csv': 'laser', 'notes.txt': 'other', 'landmarks.csv': 'other',
+    'groundtruth.txt': 'truth', 'laser.csv': 'laser', 'notes.txt': 'other', 'landmarks.csv': 'landmarks',
   };
   for (const [path, kind] of Object.entries(kinds)) expect([path, kindOf(path)]).toEqual([path, kind]);
 });

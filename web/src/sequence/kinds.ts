@@ -1,5 +1,5 @@
 /** What a dropped file is for, by its name: pictures in natural order, and the text files beside them. */
-export type Kind = 'picture' | 'video' | 'rig' | 'camera' | 'odometry' | 'times' | 'truth' | 'laser' | 'other';
+export type Kind = 'picture' | 'video' | 'rig' | 'camera' | 'odometry' | 'times' | 'truth' | 'laser' | 'landmarks' | 'other';
 
 const PICTURE = /\.(png|jpe?g|webp|bmp|gif|avif|pgm|ppm|pnm|pbm|tiff?)$/i;
 const VIDEO = /\.(mp4|m4v|webm|mov|mkv|ogv|avi)$/i;
@@ -17,6 +17,7 @@ export function kindOf(path: string): Kind {
   if (/^(times?|timestamps?)\b.*\.(txt|csv)$/.test(name)) return 'times';
   if (/^odo.*\.(csv|txt)$/.test(name)) return 'odometry';
   if (/^laser.*\.csv$/.test(name)) return 'laser';
+  if (/^landmarks.*\.csv$/.test(name)) return 'landmarks';
   return 'other';
 }
 
