@@ -63,10 +63,7 @@ pub fn fit_mount(camera: &Camera<f64>, first: &Mount<f64>, points: &[KnownPoint]
     let mut normal = normal_equations(camera, &parameters, points).ok_or(undetermined)?;
     let mut damping = 1e-3;
     for _ in 0..MAX_ITERATIONS {
-        let mut damped = normal.matrix;
-        for index in 0..4 {
-            damped[(index, index)] *= 1.0 + damping;
-        }
+        let damped = normal.matrix + Matrix4::from_diagonal(&(normal.matrix.diagonal() * damping));
         let step = damped.cholesky().ok_or(undetermined)?.solve(&normal.gradient);
         let mut moved = parameters;
         for (parameter, change) in moved.iter_mut().zip(step.iter()) {
@@ -88,15 +85,15 @@ pub fn fit_mount(camera: &Camera<f64>, first: &Mount<f64>, points: &[KnownPoint]
     let covariance = normal.matrix.try_inverse().ok_or(undetermined)?;
     let freedom = 2 * points.len() - 4;
     let scale = if freedom > 0 { (normal.cost / freedom as f64).max(1.0) } else { 1.0 };
-    let std = |index: usize| libm::sqrt(covariance[(index, index)] * scale);
-    if !(0..4).all(|index| std(index).is_finite()) {
+    let std = covariance.diagonal().map(|variance| libm::sqrt(variance * scale));
+    if !std.iter().all(|std| std.is_finite()) {
         return Err(undetermined);
     }
     Ok(MountFit {
         parameters,
-        std: [std(0), std(1), std(2), std(3)],
+        std: std.into(),
         rms: libm::sqrt(normal.squared_distance / points.len() as f64),
-        correlation: covariance[(0, 1)] / libm::sqrt(covariance[(0, 0)] * covariance[(1, 1)]),
+        correlation: covariance.m12 / libm::sqrt(covariance.m11 * covariance.m22),
     })
 }
 

@@ -47,7 +47,9 @@ impl Picture {
     /// As [`decode`](Self::decode).
     pub fn new(file: &[u8]) -> Result<Self, String> {
         let picture = image::load_from_memory(file).map_err(|error| match error {
-            image::ImageError::Unsupported(_) => "it is of a kind that cannot be read; save it as PNG".to_owned(),
+            image::ImageError::Unsupported(_) => {
+                "it is of a kind that cannot be read; save it as PNG".to_owned()
+            }
             error => format!("it is damaged or cut short ({error})"),
         })?;
         let rgba = picture.to_rgba8();
