@@ -32,7 +32,7 @@ export default defineConfig({
   test: {
     projects: [
       { test: { name: 'unit', include: ['src/**/*.test.ts'] } },
-      { test: { name: 'browser', include: ['tests/**/*.test.ts'], testTimeout: 120_000, hookTimeout: 60_000, fileParallelism: false } },
+      { test: { name: 'browser', include: ['tests/**/*.test.ts'], expect: { poll: { timeout: 20_000 } }, testTimeout: 120_000, hookTimeout: 60_000, fileParallelism: false } },
     ],
   },
 });

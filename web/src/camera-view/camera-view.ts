@@ -174,7 +174,7 @@ export class CameraView {
     context.fillRect(corner.x, corner.y, width, height);
     if (picture && layers['picture']) {
       context.imageSmoothingEnabled = viewport.scale < 3;
-      context.imageSmoothingQuality = 'high';
+      context.imageSmoothingQuality = 'medium';
       context.drawImage(picture, corner.x, corner.y, width, height);
     }
     context.save();

@@ -35,21 +35,7 @@ export function drawGrid(scene: Scene, ground: Ground): void {
     const ahead = rows[row + 2] ?? NaN;
     const across = !Number.isNaN(ahead);
     const bold = across && Math.round(ahead / spacing) % 5 === 0;
-    for (let at = start; at + 3 < row; at += 3) {
-      const fade = Math.max(0, 1 - (rows[at + 2] ?? 0) / (GRID_REACH * spacing));
-      const a = scene.viewport.toScreen(rows[at] ?? 0, rows[at + 1] ?? 0);
-      const b = scene.viewport.toScreen(rows[at + 3] ?? 0, rows[at + 4] ?? 0);
-      context.beginPath();
-      context.moveTo(a.x, a.y);
-      context.lineTo(b.x, b.y);
-      const alpha = fade * fade * (bold ? 0.8 : 0.42);
-      context.strokeStyle = `rgb(0 0 0 / ${alpha * 0.5})`;
-      context.lineWidth = bold ? 2.8 : 2;
-      context.stroke();
-      context.strokeStyle = `rgb(255 255 255 / ${alpha})`;
-      context.lineWidth = bold ? 1.5 : 0.9;
-      context.stroke();
-    }
+    strokeFading(scene, rows.subarray(start, row), spacing, bold);
     if (across && isLabelled(ahead / spacing)) {
       const at = middleOf(rows, start, row);
       if (at) labels.push({ text: `${Number(ahead.toFixed(2))} m`, ...scene.viewport.toScreen(at.u, at.v) });
@@ -58,6 +44,35 @@ export function drawGrid(scene: Scene, ground: Ground): void {
   }
   context.restore();
   drawGridLabels(scene, labels);
+}
+
+/** Steps of the fading: vertices of one step are one stroke, which is what drawing costs. */
+const FADE_STEPS = 12;
+
+/** One line of the grid, fading with distance: light with a dark edge. */
+function strokeFading({ context, viewport }: Scene, vertices: Float32Array, spacing: number, bold: boolean): void {
+  const step = (at: number) => Math.ceil(FADE_STEPS * Math.max(0, 1 - (vertices[at + 2] ?? 0) / (GRID_REACH * spacing)));
+  const stroke = (level: number) => {
+    const alpha = (level / FADE_STEPS) ** 2 * (bold ? 0.8 : 0.42);
+    context.strokeStyle = `rgb(0 0 0 / ${alpha * 0.5})`;
+    context.lineWidth = bold ? 2.8 : 2;
+    context.stroke();
+    context.strokeStyle = `rgb(255 255 255 / ${alpha})`;
+    context.lineWidth = bold ? 1.5 : 0.9;
+    context.stroke();
+  };
+  let level = -1;
+  for (let at = 0; at < vertices.length; at += 3) {
+    const { x, y } = viewport.toScreen(vertices[at] ?? 0, vertices[at + 1] ?? 0);
+    if (level >= 0) context.lineTo(x, y);
+    const next = step(at);
+    if (next === level) continue;
+    if (level > 0) stroke(level);
+    level = next;
+    context.beginPath();
+    context.moveTo(x, y);
+  }
+  if (level > 0) stroke(level);
 }
 
 /** 1 to 5, then every fifth: farther ones would meet. */
