@@ -1,9 +1,13 @@
 //! Who is who: measurements and landmarks.
 mod gate;
 mod joint;
+mod pixels;
 
 pub use gate::{CHI2_99, Gate, inflation, normalised_square};
 pub(crate) use gate::{cholesky, forward};
 pub use joint::{
     Candidate, Correlated, JointResult, MAX_CANDIDATES, MAX_PAIRS, exclusive_nearest, joint_compatibility,
+};
+pub use pixels::{
+    Corner, PixelMemory, PixelPairing, PixelReport, PredictedBy, Remembered, carry_pixel, choose_carrier,
 };
