@@ -1,6 +1,6 @@
 //! The core's floor-corner extractor, with memory from the heap.
 use crate::{Error, Result, files::Rig};
-use monorange_core::lines::{EdgePoint, ExtractConfig, Extractor, mask_words, point_count, row_words};
+use monorange_core::lines::{EdgePoint, Extractor, mask_words, point_count, row_words};
 
 /// An extractor that owns its memory.
 pub type HeapExtractor = Extractor<Vec<u16>, Vec<u32>, Vec<EdgePoint>>;
@@ -9,14 +9,14 @@ pub type HeapExtractor = Extractor<Vec<u16>, Vec<u32>, Vec<EdgePoint>>;
 ///
 /// # Errors
 /// When a setting is out of its range.
-pub fn extractor(rig: &Rig, config: ExtractConfig) -> Result<HeapExtractor> {
+pub fn extractor(rig: &Rig) -> Result<HeapExtractor> {
     let camera = rig.finder.camera();
     let (width, height) = (camera.width(), camera.height());
     let points = point_count(width, height);
     let words = row_words(width, height).max(2 * points);
-    let finder = rig.finder_f32()?;
+    let finder = rig.settings.finder;
     Extractor::new(
-        config,
+        rig.settings.extract,
         finder,
         vec![0; words],
         vec![0; mask_words(width)],

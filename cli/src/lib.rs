@@ -7,6 +7,7 @@
 //! | [`evaluation`] | a trajectory and a map against the truth |
 //! | [`extraction`] | the core's extractor with memory from the heap |
 //! | [`draw`] | overlays |
+//! | [`report`] | `report.html` |
 //! | [`commands`] | one module a command, and nothing else |
 //!
 //! Without the feature `command` only the formats and figures remain, for the page in the browser.
@@ -23,5 +24,7 @@ pub mod extraction;
 pub mod files;
 #[cfg(feature = "command")]
 pub mod pictures;
+#[cfg(feature = "command")]
+pub mod report;
 
 pub use error::{Error, Result, nearest};

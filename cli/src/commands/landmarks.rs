@@ -51,7 +51,7 @@ pub struct Arguments {
 /// When the rig is malformed, a picture has another size than the rig's, or none could be read.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let rig = Rig::read(&arguments.rig)?;
-    let mut extractor = extractor(&rig, rig.settings.extract)?;
+    let mut extractor = extractor(&rig)?;
     let images = expand(&arguments.images)?;
     let camera = rig.finder.camera();
     for image in &images {

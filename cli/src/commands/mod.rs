@@ -4,6 +4,7 @@ pub mod landmarks;
 mod progress;
 pub mod range;
 pub mod simulate;
+pub mod slam;
 
 use crate::Result;
 use clap::{Parser, Subcommand};
@@ -23,6 +24,7 @@ pub struct Cli {
 enum Command {
     Range(range::Arguments),
     Landmarks(landmarks::Arguments),
+    Slam(slam::Arguments),
     Simulate(simulate::Arguments),
     Evaluate(evaluate::Arguments),
 }
@@ -35,6 +37,7 @@ pub fn run(cli: Cli) -> Result<()> {
     match cli.command {
         Command::Range(arguments) => range::run(&arguments),
         Command::Landmarks(arguments) => landmarks::run(&arguments),
+        Command::Slam(arguments) => slam::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
     }

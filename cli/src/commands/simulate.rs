@@ -83,7 +83,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     let finder = default_rig().map_err(Error::new)?;
     let simulation = Simulation::new(scene, finder, config).map_err(Error::new)?;
-    let rig = Rig { finder, pixel_std: PIXEL_STD, mount_std: MOUNT_STD, settings: Default::default() };
+    let rig = Rig::new(finder, PIXEL_STD, MOUNT_STD)?;
     folder.write("rig.toml", |out| rig.write(out))?;
     write_frames(&simulation, &folder)?;
     write_tables(&simulation, &folder)?;

@@ -22,7 +22,7 @@ pub use order::natural_order;
 #[cfg(feature = "command")]
 pub use outputs::{NewFolder, Outputs, to_file_or_stdout};
 pub use rig::Rig;
-pub use settings::{SETTINGS, Setting, Settings};
+pub use settings::{SETTINGS, Setting};
 pub use table::Table;
 pub use times::read_times;
 pub use trajectory::{Stamped, read_trajectory, write_trajectory, write_tum};

@@ -14,6 +14,15 @@ pub struct Control {
     pub duration: f64,
 }
 
+impl Control {
+    /// (forward, left) and turn at its end, in the frame of its beginning: V(turn) · way.
+    pub fn step(&self) -> (Vector2<f64>, f64) {
+        let turn = self.turn_rate * self.duration;
+        let [along, across] = arc(turn);
+        (Matrix2::new(along, -across, across, along) * self.velocity * self.duration, turn)
+    }
+}
+
 /// What the wheels say, as constant motions between growing times.
 #[derive(Clone, Debug)]
 pub struct Odometry {
@@ -103,13 +112,17 @@ impl Odometry {
 
 /// The way (along, across) of a constant motion that ends at `step`, turned by `turn`: V(turn)⁻¹ step.
 fn arc_from_step(step: Vector2<f64>, turn: f64) -> Vector2<f64> {
-    let (along, across) = if turn.abs() < 1e-3 {
-        (1.0 - turn * turn / 6.0, turn / 2.0 - turn * turn * turn / 24.0)
-    } else {
-        let (sin, cos) = libm::sincos(turn); // not the platform's: the motion must be the same in a browser
-        (sin / turn, (1.0 - cos) / turn)
-    };
+    let [along, across] = arc(turn);
     Matrix2::new(along, across, -across, along) * step / (along * along + across * across)
+}
+
+/// sin a / a and (1 − cos a) / a, the entries of V(a).
+fn arc(turn: f64) -> [f64; 2] {
+    if turn.abs() < 1e-3 {
+        return [1.0 - turn * turn / 6.0, turn / 2.0 - turn * turn * turn / 24.0];
+    }
+    let (sin, cos) = libm::sincos(turn); // not the platform's: the motion must be the same in a browser
+    [sin / turn, (1.0 - cos) / turn]
 }
 
 #[cfg(test)]
@@ -142,5 +155,7 @@ mod tests {
         let [control] = parse(&step).between(0.0, 0.5)[..] else { panic!("one span") };
         assert!((control.velocity - Vector2::new(radius * turn / 0.5, 0.0)).norm() < 1e-12);
         assert!((control.turn_rate - turn / 0.5).abs() < 1e-12);
+        let (back, _) = control.step();
+        assert!((back - Vector2::new(radius * turn.sin(), radius * (1.0 - turn.cos()))).norm() < 1e-12);
     }
 }

@@ -1,11 +1,12 @@
 use super::{
     camera_info::{Intrinsics, read_camera_info},
     rig_section::{Section, Source},
-    settings::{self, Settings},
+    settings,
 };
 use crate::{Error, Result};
 use monorange_core::geometry::{Camera, Distortion, Mount, RangeFinder};
-use nalgebra::Matrix2;
+use monorange_core::pipeline::Config;
+use nalgebra::{Matrix2, Vector2};
 use std::{
     io::{self, Write},
     path::Path,
@@ -35,10 +36,10 @@ pub struct Rig {
     /// [`MOUNT_PARAMETERS`](monorange_core::geometry::MOUNT_PARAMETERS): m and rad.
     pub mount_std: [f64; 6],
     /// Settings of the pipeline.
-    pub settings: Settings,
+    pub settings: Config,
 }
 
-const ROOT: &[&str] = &["camera_info", "camera", "mount", "extract"];
+const ROOT: &[&str] = &["camera_info", "camera", "mount", "extract", "filter", "association"];
 const CAMERA: &[&str] =
     &["camera_info", "width", "height", "focal", "principal", "skew", "distortion", "pixel_std"];
 /// In the order of the mount's parameters, each with the factor to SI units.
@@ -55,6 +56,16 @@ const DEGREE: f64 = std::f64::consts::PI / 180.0;
 const PIXEL_STD: f64 = 0.3;
 
 impl Rig {
+    /// A rig with the default settings.
+    ///
+    /// # Errors
+    /// When a number does not fit into 32 bits.
+    pub fn new(finder: RangeFinder<f64>, pixel_std: [f64; 2], mount_std: [f64; 6]) -> Result<Self> {
+        let [height, tilt, roll, yaw, ..] = mount_std.map(|std| std as f32);
+        let settings = Config { mount_std: [height, tilt, roll, yaw], ..Config::new(single(&finder)?) };
+        Ok(Self { finder, pixel_std, mount_std, settings })
+    }
+
     /// The rig in a TOML file; a camera file that it names is looked for beside it.
     ///
     /// # Errors
@@ -79,8 +90,8 @@ impl Rig {
         let root = Section::root(&source, document.get_ref(), ROOT)?;
         let (camera, pixel_std) = camera(&root, path)?;
         let (mount, mount_std) = mount(&root)?;
-        let settings = settings::read(&root)?;
-        Ok(Self { finder: RangeFinder::new(camera, mount), pixel_std, mount_std, settings })
+        let rig = Self::new(RangeFinder::new(camera, mount), pixel_std, mount_std)?;
+        Ok(Self { settings: settings::read(&root, rig.settings)?, ..rig })
     }
 
     /// Writes camera and mount as a rig file.
@@ -102,23 +113,6 @@ impl Rig {
             writeln!(out, "{key} = {value:?}\n{std_key} = {std:?}")?;
         }
         Ok(())
-    }
-
-    /// Camera and mount in the scalar of the pipeline.
-    ///
-    /// # Errors
-    /// When a number does not fit into 32 bits.
-    pub fn finder_f32(&self) -> Result<RangeFinder<f32>> {
-        let camera = self.finder.camera();
-        let Distortion { k1, k2, p1, p2, k3 } = camera.distortion();
-        let [k1, k2, p1, p2, k3] = [k1, k2, p1, p2, k3].map(|k| k as f32);
-        let pair = |v: nalgebra::Vector2<f64>| [v.x as f32, v.y as f32];
-        let (focal, principal) = (pair(camera.focal()), pair(camera.principal()));
-        let lens = Distortion { k1, k2, p1, p2, k3 };
-        let camera =
-            Camera::new(camera.width(), camera.height(), focal, principal, camera.skew() as f32, lens);
-        let mount = Mount::new(self.finder.mount().parameters().map(|parameter| parameter as f32));
-        Ok(RangeFinder::new(camera.map_err(Error::new)?, mount.map_err(Error::new)?))
     }
 
     /// The covariance of a pixel, px².
@@ -230,4 +224,17 @@ fn mount(root: &Section<'_>) -> Result<(Mount<f64>, [f64; 6])> {
     }
     let mount = Mount::new(parameters).map_err(|error| section.error("height", error.to_string()))?;
     Ok((mount, deviations))
+}
+
+/// Camera and mount in the scalar of the pipeline.
+fn single(finder: &RangeFinder<f64>) -> Result<RangeFinder<f32>> {
+    let camera = finder.camera();
+    let Distortion { k1, k2, p1, p2, k3 } = camera.distortion();
+    let [k1, k2, p1, p2, k3] = [k1, k2, p1, p2, k3].map(|k| k as f32);
+    let pair = |v: Vector2<f64>| [v.x as f32, v.y as f32];
+    let (focal, principal) = (pair(camera.focal()), pair(camera.principal()));
+    let lens = Distortion { k1, k2, p1, p2, k3 };
+    let camera = Camera::new(camera.width(), camera.height(), focal, principal, camera.skew() as f32, lens);
+    let mount = Mount::new(finder.mount().parameters().map(|parameter| parameter as f32));
+    Ok(RangeFinder::new(camera.map_err(Error::new)?, mount.map_err(Error::new)?))
 }

@@ -6,3 +6,4 @@ mod help;
 mod landmarks;
 mod range;
 mod simulate;
+mod slam;

@@ -78,7 +78,11 @@ impl Config {
         config
     }
 
-    pub(super) fn validated(mut self) -> Result<Self> {
+    /// The settings with those that follow from others filled in, if every value is usable.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] with the name of the first value that is not.
+    pub fn validated(mut self) -> Result<Self> {
         let positive = [
             ("association.corner_std_floor_px", self.corner_std_floor_px),
             ("association.min_depression", self.min_depression),

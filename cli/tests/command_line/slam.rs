@@ -1,0 +1,167 @@
+//! `slam` from a folder of pictures to its report, and the sequences it refuses.
+use crate::command::{Folder, column, data};
+
+fn simulated(frames: usize) -> Folder {
+    let folder = Folder::new();
+    folder.run(&format!("simulate --scene corridor --frames {frames} --walkers 1 --out sim")).success();
+    folder
+}
+
+const RUN: &str = "slam --rig sim/rig.toml --frames sim/frames --odometry sim/odometry.csv";
+
+#[test]
+fn a_drive_gives_every_file_and_they_agree() {
+    let folder = simulated(40);
+    let said = folder.run(&format!("{RUN} --truth sim/truth.tum --out out")).success();
+    assert!(said.contains("40 of 40 frames used") && said.contains("out/report.html"), "{said}");
+    let mut files: Vec<_> = std::fs::read_dir(folder.path("out"))
+        .unwrap()
+        .map(|e| e.unwrap().file_name().into_string().unwrap())
+        .collect();
+    files.sort();
+    assert_eq!(
+        files,
+        [
+            "map.csv",
+            "map.ply",
+            "observations.csv",
+            "report.html",
+            "report.json",
+            "trajectory.csv",
+            "trajectory.tum"
+        ]
+    );
+    let (trajectory, observations) = (folder.read("out/trajectory.csv"), folder.read("out/observations.csv"));
+    assert!(trajectory.starts_with("t,x,y,heading,var_x,cov_xy,cov_xh,var_y,cov_yh,var_h\n"));
+    assert_eq!(trajectory.lines().count(), 41);
+    assert_eq!(folder.read("out/trajectory.tum").lines().count(), 40);
+    assert!(observations.starts_with("t,frame,u,v,range,bearing,landmark,decision,nis\n"));
+    assert!(folder.read("out/map.csv").starts_with("id,x,y,var_x,cov_xy,var_y,seen,first_t,last_t\n"));
+    let report: serde_json::Value = serde_json::from_str(&folder.read("out/report.json")).unwrap();
+    assert_eq!(report["corners"], column(&observations, "decision").len());
+    assert_eq!(report["landmarks"], column(&folder.read("out/map.csv"), "id").len());
+    assert!(report["landmarks"].as_u64().unwrap() > 0, "{report:#}");
+    assert!(report["decisions"]["update"].as_u64().unwrap() > 20, "{report:#}");
+
+    let evaluated = "evaluate --truth sim/truth.tum --estimate out/trajectory.csv";
+    let evaluated: serde_json::Value = serde_json::from_str(&folder.run(evaluated).success()).unwrap();
+    assert_eq!(evaluated["trajectory"], report["errors"], "the report's errors are those of `evaluate`");
+    assert!(
+        evaluated["trajectory"]["absolute"]["end_position_percent"].as_f64().unwrap() < 3.0,
+        "{evaluated:#}"
+    );
+
+    let html = folder.read("out/report.html");
+    assert!(
+        !html.contains("http://") && !html.contains("https://") && !html.contains("src=\"/"),
+        "needs no network"
+    );
+    assert!(
+        html.contains("data:image/jpeg;base64,") && html.contains("Pose errors") && html.contains("NEES/3")
+    );
+    assert!(!html.contains("NaN"));
+}
+
+#[test]
+fn the_same_run_gives_the_same_files_and_moved_times_change_nothing_else() {
+    let folder = simulated(12);
+    folder.run(&format!("{RUN} --out one")).success();
+    folder.run(&format!("{RUN} --out two")).success();
+    for name in ["trajectory.csv", "map.csv", "observations.csv"] {
+        assert_eq!(folder.read(&format!("one/{name}")), folder.read(&format!("two/{name}")));
+    }
+    // The same sequence on a Unix clock.
+    let unix = |text: String| -> String {
+        let shift = |line: &str| match line.split_once(',') {
+            Some((time, rest)) => {
+                time.parse::<f64>().map_or(line.to_owned(), |t| format!("{},{rest}", t + 1.7e9))
+            }
+            None => format!("{}", line.parse::<f64>().unwrap() + 1.7e9),
+        };
+        text.lines().map(|line| shift(line) + "\n").collect()
+    };
+    folder
+        .write("late.txt", unix(folder.read("sim/times.txt")))
+        .write("late.csv", unix(folder.read("sim/odometry.csv")));
+    let late = "slam --rig sim/rig.toml --frames sim/frames --times late.txt --odometry late.csv --out three";
+    folder.run(late).success();
+    assert_eq!(
+        column(&folder.read("one/trajectory.csv"), "x").len(),
+        column(&folder.read("three/trajectory.csv"), "x").len()
+    );
+    let end =
+        |run: &str| column(&folder.read(&format!("{run}/trajectory.csv")), "x")[11].parse::<f64>().unwrap();
+    assert!((end("one") - end("three")).abs() < 1e-3, "{} {}", end("one"), end("three"));
+}
+
+#[test]
+fn a_truncated_frame_is_named_and_the_sequence_goes_on() {
+    let folder = simulated(6);
+    let whole = std::fs::read(folder.path("sim/frames/000003.png")).unwrap();
+    folder.write("sim/frames/000003.png", &whole[..whole.len() / 3]);
+    let outcome = folder.run(&format!("{RUN} --out out --json"));
+    assert!(
+        outcome.stderr.contains("left out: sim/frames/000003.png: the picture is damaged"),
+        "{}",
+        outcome.stderr
+    );
+    let report: serde_json::Value = serde_json::from_str(&outcome.success()).unwrap();
+    assert_eq!((&report["frames"], &report["frames_used"]), (&6.into(), &5.into()));
+    assert!(report["left_out"][0].as_str().unwrap().contains("000003.png"));
+}
+
+#[test]
+fn sequences_that_do_not_fit_together_are_refused() {
+    let folder = simulated(4);
+    let odometry = folder.read("sim/odometry.csv");
+    let fails = |arguments: &str, words: &[&str]| folder.fails(&format!("{arguments} --out out"), words);
+
+    folder.write("o.csv", odometry.lines().take(3).collect::<Vec<_>>().join("\n"));
+    let with = |odometry: &str| format!("slam --rig sim/rig.toml --frames sim/frames --odometry {odometry}");
+    fails(&with("o.csv"), &["o.csv: covers 0 s to 1.2 s, the frames need 0 s to 1.8 s"]);
+    folder.write("o.csv", "t,v\n0,1\n1,1\n");
+    fails(&with("o.csv"), &["o.csv: lacks the column `omega`"]);
+    folder.write("o.csv", "t,v,omega\n0,1,0\n0,1,0\n");
+    fails(&with("o.csv"), &["o.csv, line 3", "the same as the line before"]);
+    folder.write("o.csv", "t,v,omega\n0,1,0\n1,nan,0\n");
+    fails(&with("o.csv"), &["o.csv, line 3", "`v` is `nan`"]);
+    folder.write("o.csv", "t,v,omega\n0,1,0\n");
+    fails(&with("o.csv"), &["o.csv: has 1 lines", "at least 2"]);
+
+    for (times, words) in [
+        ("0\n0.6\n0.5\n1.8\n", ["times.txt, line 3", "0.5 is before"]),
+        ("0\n0.6\n0.6\n1.8\n", ["times.txt, line 3", "the same as"]),
+        ("0\n0.6\n", ["times.txt: has 2 times for 4 pictures", "help:"]),
+        ("0\nsoon\n1\n2\n", ["times.txt, line 2", "`soon` is not a finite number"]),
+    ] {
+        folder.write("times.txt", times);
+        fails(&format!("{RUN} --times times.txt"), &words);
+    }
+    folder.write("late.tum", "1 0 0 0 0 0 0 1\n2 1 0 0 0 0 0 1\n");
+    fails(&format!("{RUN} --truth late.tum"), &["late.tum: has no pose at the first frame's time"]);
+    folder.write("empty/readme", "");
+    fails(&RUN.replace("sim/frames", "empty"), &["empty: the folder holds no picture"]);
+    fails(&RUN.replace("sim/frames", "absent"), &["absent: no such file or folder"]);
+    folder.write("rig.toml", folder.read("sim/rig.toml").replace("width = 320", "width = 330"));
+    fails(&RUN.replace("sim/rig.toml", "rig.toml"), &["000000.png: the picture is 320×240", "330×240"]);
+    folder.write("rig.toml", folder.read("sim/rig.toml") + "[filter]\nvariant = \"inverse\"\n");
+    fails(
+        &RUN.replace("sim/rig.toml", "rig.toml"),
+        &["`filter.variant` is \"inverse\"", "nearest one is \"invariant\""],
+    );
+    folder.write("rig.toml", folder.read("sim/rig.toml") + "[association]\nconfirms = 2\n");
+    fails(&RUN.replace("sim/rig.toml", "rig.toml"), &["`association.confirms`", "`association.confirm`"]);
+}
+
+#[test]
+fn the_real_road_is_driven_to_its_end() {
+    let Some(road) = data("road_a") else { return };
+    let folder = Folder::new();
+    let road = road.display();
+    let run = format!(
+        "slam --rig {road}/rig.toml --frames {road}/image_l --odometry {road}/odometry.csv --truth {road}/truth.tum --out out --json"
+    );
+    let report: serde_json::Value = serde_json::from_str(&folder.run(&run).success()).unwrap();
+    assert_eq!((&report["frames_used"], &report["left_out"]), (&51.into(), &serde_json::json!([])));
+    assert!((report["path"].as_f64().unwrap() - 59.9).abs() < 3.0, "{report:#}");
+}
