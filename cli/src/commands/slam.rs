@@ -11,7 +11,7 @@ use crate::{
 use clap::Args;
 use monorange_core::{
     geometry::Pose,
-    pipeline::{self, Memory, OnHeap, Pipeline, Report},
+    pipeline::{self, Memory, OnHeap, Pipeline, Report, VisualConfig, VisualMotion},
     slam::{Decision, Status},
 };
 use nalgebra::Vector2;
@@ -22,7 +22,8 @@ use std::{
 
 /// Trajectory and map of a robot from its camera's pictures.
 ///
-/// Frames are taken in the natural order of their names. Writes `trajectory.tum`, `trajectory.csv`, `map.csv`,
+/// Frames are taken in the natural order of their names. Without odometry the motion comes from the pictures: turns
+/// from all that stands still, lengths from the floor. Writes `trajectory.tum`, `trajectory.csv`, `map.csv`,
 /// `map.ply`, `observations.csv`, `report.json` and `report.html`. The world is the robot's first pose; truth, laser
 /// and true landmarks are moved there by the first true pose, which is all that is used of the truth but for the
 /// report. `times.txt`, `laser.csv` and (with --truth) `landmarks.csv` beside the folder of frames are found by
@@ -43,7 +44,7 @@ pub struct Arguments {
     /// Times of the frames, one a line, s.
     #[arg(long, value_name = "FILE")]
     times: Option<PathBuf>,
-    /// Odometry (CSV `t,v,omega` or `t,dx,dy,dtheta`).
+    /// Odometry (CSV `t,v,omega` or `t,dx,dy,dtheta`); from the pictures without it.
     #[arg(long, value_name = "FILE")]
     odometry: Option<PathBuf>,
     /// True trajectory (TUM or CSV), for the report.
@@ -85,7 +86,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 struct Sequence {
     images: Vec<PathBuf>,
     times: Vec<f64>,
-    odometry: Odometry,
+    odometry: Option<Odometry>,
     truth: Vec<Stamped>,
 }
 
@@ -97,14 +98,10 @@ impl Sequence {
             pictures::check_size(image, camera.width(), camera.height())?;
         }
         let times = times(arguments, images.len())?;
-        let path = arguments.odometry.as_ref().ok_or_else(|| {
-            Error::new(
-                "without --odometry the motion must come from the floor, which this version cannot do yet",
-            )
-            .help("give --odometry")
-        })?;
-        let odometry = Odometry::read(path)?;
-        odometry.check_cover(path, &times)?;
+        let odometry = arguments.odometry.as_deref().map(Odometry::read).transpose()?;
+        if let (Some(odometry), Some(path)) = (&odometry, &arguments.odometry) {
+            odometry.check_cover(path, &times)?;
+        }
         let truth = arguments.truth.as_deref().map(files::read_trajectory).transpose()?.unwrap_or_default();
         Ok(Self { images, times, odometry, truth })
     }
@@ -136,6 +133,8 @@ struct Drive<'a> {
     sequence: &'a Sequence,
     rig: &'a Rig,
     pipeline: Pipeline<OnHeap>,
+    /// Motion from the pictures, where there is no odometry.
+    visual: Option<VisualMotion>,
     /// Time of the first frame: the pipeline's clock begins there.
     start: f64,
     reached: f64,
@@ -156,7 +155,7 @@ impl<'a> Drive<'a> {
         // `corridor/frames` says more than `frames`.
         let names: Vec<_> =
             folder.components().rev().take(2).map(|part| part.as_os_str().to_string_lossy()).collect();
-        let stages = ["read the picture", "edges", "lines and corners", "odometry", "association and filter"];
+        let stages = ["read the picture", "edges", "lines and corners", "motion", "association and filter"];
         let run = Run {
             title: names.into_iter().rev().collect::<Vec<_>>().join("/"),
             command: std::env::args().collect::<Vec<_>>().join(" "),
@@ -172,12 +171,20 @@ impl<'a> Drive<'a> {
             observations: Vec::new(),
             without_range: 0,
             no_room: 0,
+            unmeasured: sequence.odometry.is_none().then_some(0),
             verdict: "",
             mean_nis: 1.0,
             stages: stages.map(|name| Stage { name, times_ms: Vec::new() }).into(),
             shots: Vec::new(),
         };
-        Ok(Self { sequence, rig, pipeline, start, reached: start, run, shots: vec![None; SHOTS] })
+        let visual = match sequence.odometry {
+            Some(_) => None,
+            None => Some(
+                VisualMotion::new(VisualConfig::default(), camera.width(), camera.height())
+                    .map_err(Error::new)?,
+            ),
+        };
+        Ok(Self { sequence, rig, pipeline, visual, start, reached: start, run, shots: vec![None; SHOTS] })
     }
 
     fn all_frames(&mut self) -> Result<()> {
@@ -209,11 +216,7 @@ impl<'a> Drive<'a> {
 
     fn frame(&mut self, frame: usize, time: f64, picture: &Picture, read_ms: f64) -> Result<()> {
         let clock = Instant::now();
-        for control in self.sequence.odometry.between(self.reached, time) {
-            self.reached += control.duration;
-            self.pipeline.odometry(self.reached - self.start, &reading(&control)).map_err(Error::new)?;
-        }
-        self.reached = time;
+        self.move_to(time, picture)?;
         let odometry_ms = milliseconds(clock);
         let clock = Instant::now();
         self.pipeline.begin();
@@ -233,6 +236,25 @@ impl<'a> Drive<'a> {
         }
         self.note(frame, time, &report);
         self.shoot(frame, time, &report, picture)
+    }
+
+    /// Moves the robot to the time of a picture: by its wheels, or by what the picture shows.
+    fn move_to(&mut self, time: f64, picture: &Picture) -> Result<()> {
+        if let Some(visual) = &mut self.visual {
+            let finder = self.pipeline.finder();
+            let step = visual.step(&finder, time - self.start, picture.grey()?).map_err(Error::new)?;
+            if let (Some(step), Some(unmeasured)) = (step, &mut self.run.unmeasured) {
+                *unmeasured += usize::from(!step.measured);
+                self.pipeline.motion(time - self.start, &step.increment).map_err(Error::new)?;
+            }
+        }
+        let controls = self.sequence.odometry.as_ref().map(|odometry| odometry.between(self.reached, time));
+        for control in controls.unwrap_or_default() {
+            self.reached += control.duration;
+            self.pipeline.odometry(self.reached - self.start, &reading(&control)).map_err(Error::new)?;
+        }
+        self.reached = time;
+        Ok(())
     }
 
     fn note(&mut self, frame: usize, time: f64, report: &Report) {
@@ -293,7 +315,10 @@ impl<'a> Drive<'a> {
                 })
             })
             .collect();
-        self.run.verdict = self.pipeline.health().verdict().as_str();
+        self.run.verdict = match self.pipeline.health().measurements {
+            0 => "unchecked",
+            _ => self.pipeline.health().verdict().as_str(),
+        };
         self.run.mean_nis = self.pipeline.health().mean_nis();
         self.run.shots = self.shots.into_iter().flatten().map(|(_, shot)| shot).collect();
         let truth = Truth::new(&self.sequence.truth, MAX_TRUTH_GAP);

@@ -84,8 +84,7 @@ impl<'a> Overlay<'a> {
         let dashed = Stroke { opacity: 0.8, dash: Some([9.0, 6.0]), ..Stroke::solid(WHITE, 1.4) };
         self.canvas.polyline(&floor::horizon(&self.rig.finder), dashed);
         self.legend.push(LegendItem::Line("horizon", dashed));
-        self.legend
-            .push(LegendItem::Line("1 m on the floor", Stroke { opacity: 0.5, ..Stroke::solid(WHITE, 1.2) }));
+        self.legend.push(LegendItem::Line("1 m grid", Stroke { opacity: 0.5, ..Stroke::solid(WHITE, 1.2) }));
     }
 
     /// Edge points and lines.
@@ -105,9 +104,11 @@ impl<'a> Overlay<'a> {
                 self.canvas.polyline(&line.ends, stroke);
             }
         }
-        self.legend.push(LegendItem::Mark("edge", SKY, Shape::Dot));
-        self.legend.push(LegendItem::Line("vertical line", vertical));
-        self.legend.push(LegendItem::Line("floor line", floor));
+        if !edges.is_empty() {
+            self.legend.push(LegendItem::Mark("edge", SKY, Shape::Dot));
+        }
+        self.legend.push(LegendItem::Line("vertical", vertical));
+        self.legend.push(LegendItem::Line("floor edge", floor));
     }
 
     /// Marks, each with the longest of its labels that has room.
@@ -146,7 +147,7 @@ impl<'a> Overlay<'a> {
             0.55,
         );
         self.canvas.text(title, Vector2::new(size * 0.7, height * 0.66), size, WHITE);
-        let item_width = |item: &LegendItem| Canvas::text_width(name(item), size) + size * 3.4;
+        let item_width = |item: &LegendItem| Canvas::text_width(name(item), size) + size * 3.0;
         let total: f32 = self.legend.iter().map(item_width).sum();
         let top = bottom - height;
         self.canvas.panel(

@@ -195,8 +195,12 @@ fn consistency(pairs: &[Pair]) -> Option<Nees> {
     })
 }
 
+/// Least eigenvalue of a correlation matrix that `f32` can tell from 0.
+const LEAST_CORRELATION: f64 = 1e-5;
+
 /// The normalised estimation error squared of a pose in the filter's tangent space, or `None` where the
-/// covariance has no inverse (at the start, where the pose is known by definition).
+/// covariance has no inverse: at the start, where the pose is known by definition, and after the first step, whose
+/// noise of two numbers (speed and turn) leaves one direction of three to rounding.
 pub fn nees(estimate: &Pose<f64>, truth: &Pose<f64>, covariance: &Matrix3<f64>) -> Option<f64> {
     let turn = wrap_angle(estimate.heading - truth.heading);
     // V(a) = [s −c; c s], s = sin a / a, c = (1 − cos a) / a; its inverse is its transpose over s² + c².
@@ -209,6 +213,13 @@ pub fn nees(estimate: &Pose<f64>, truth: &Pose<f64>, covariance: &Matrix3<f64>) 
     let quarter_turn = Matrix2::new(0.0, -1.0, 1.0, 0.0);
     let offset: Vector2<f64> = (inverse + quarter_turn * turn) * (estimate.position() - truth.position());
     let error = Vector3::new(offset.x, offset.y, turn);
+    let scale = covariance.diagonal().map(|variance| 1.0 / variance.sqrt());
+    let correlation = Matrix3::from_diagonal(&scale) * covariance * Matrix3::from_diagonal(&scale);
+    let singular = !scale.iter().all(|scale| scale.is_finite())
+        || correlation.symmetric_eigenvalues().min() < LEAST_CORRELATION;
+    if singular {
+        return None;
+    }
     let value = error.dot(&(covariance.cholesky()?.solve(&error)));
     value.is_finite().then_some(value)
 }
@@ -258,5 +269,9 @@ mod tests {
         let estimate = Pose::new(1.2, 2.0, 0.3);
         assert!((nees(&estimate, &truth, &(Matrix3::identity() * 0.04)).unwrap() - 1.0).abs() < 1e-12);
         assert_eq!(nees(&estimate, &truth, &Matrix3::zeros()), None);
+        // Speed and turn alone: rank 2, and in `f32` a third direction of rounding.
+        let by_noise = nalgebra::Matrix3x2::new(0.12, 0.0, 0.001, 0.007, 0.0, 0.12);
+        let rounded = (by_noise * by_noise.transpose()).map(|entry: f64| f64::from(entry as f32));
+        assert_eq!(nees(&estimate, &truth, &rounded), None);
     }
 }

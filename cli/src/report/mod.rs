@@ -87,7 +87,9 @@ pub struct Run<'a> {
     pub without_range: u32,
     /// Landmarks for which there was no room.
     pub no_room: u32,
-    /// The filter's own verdict.
+    /// Steps that the pictures did not give, where the motion comes from them.
+    pub unmeasured: Option<usize>,
+    /// The filter's own verdict, or `unchecked` where no corner was matched.
     pub verdict: &'static str,
     /// Mean normalised innovation squared a degree of freedom, over the last measurements; 1 is right.
     pub mean_nis: f32,
@@ -114,6 +116,8 @@ pub struct Summary<'a> {
     corners: usize,
     corners_without_range: u32,
     births_without_room: u32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    visual_steps_not_measured: Option<usize>,
     decisions: BTreeMap<&'static str, usize>,
     verdict: &'static str,
     mean_nis_per_dof: f32,
@@ -171,6 +175,7 @@ impl Run<'_> {
             corners: self.observations.len(),
             corners_without_range: self.without_range,
             births_without_room: self.no_room,
+            visual_steps_not_measured: self.unmeasured,
             decisions: self.decisions(),
             verdict: self.verdict,
             mean_nis_per_dof: self.mean_nis,

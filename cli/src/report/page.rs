@@ -35,6 +35,10 @@ fn header(run: &Run<'_>) -> String {
     let mut html =
         format!("<p class=\"brand\">monorange · {}</p><h1>{}</h1>", escape(&run.title), headline(run));
     let (class, advice) = match run.verdict {
+        "unchecked" => (
+            "warn",
+            "No floor corner was seen twice: nothing speaks for or against the motion, which is all there is.",
+        ),
         "consistent" => ("", "The innovations are of the size that the filter expects."),
         "over-confident" => (
             "warn",
@@ -45,11 +49,14 @@ fn header(run: &Run<'_>) -> String {
             "Corner after corner lies beyond the gate: the map or the pose is wrong. Check mount and odometry.",
         ),
     };
+    let innovation = match run.verdict {
+        "unchecked" => String::new(),
+        _ => format!(" · mean innovation {:.2} a degree of freedom (1 is right)", run.mean_nis),
+    };
     let _ = write!(
         html,
-        "<p class=\"lead\"><span class=\"verdict {class}\">{}</span> · mean innovation {:.2} a degree of freedom (1 is right). {advice}</p>",
-        capital(run.verdict),
-        run.mean_nis
+        "<p class=\"lead\"><span class=\"verdict {class}\">{}</span>{innovation}. {advice}</p>",
+        capital(run.verdict)
     );
     for sentence in remarks(run) {
         let _ = write!(html, "<p class=\"lead\">{sentence}</p>");
@@ -100,10 +107,15 @@ fn headline(run: &Run<'_>) -> String {
 
 fn remarks(run: &Run<'_>) -> Vec<String> {
     let mut remarks = Vec::new();
-    let matched =
-        run.observations.iter().filter(|seen| matches!(seen.decision, "update" | "tentative")).count();
-    if matched == 0 {
-        remarks.push("No floor corner was seen twice: the path below is the odometry's alone.".to_owned());
+    if let Some(unmeasured) = run.unmeasured {
+        remarks.push(match unmeasured {
+            0 => "There was no odometry: the motion came from the pictures.".to_owned(),
+            _ => format!(
+                "There was no odometry: the motion came from the pictures. {unmeasured} of {} steps could not be \
+                 measured and held the speed before.",
+                run.trajectory.len() - 1
+            ),
+        });
     }
     if run.without_range > 0 {
         remarks.push(format!(
@@ -249,9 +261,9 @@ fn key(class: &str, path: &str, words: &str) -> String {
 /// A length in the unit in which it is short.
 fn length(metres: f64) -> String {
     match metres.abs() {
-        size if size < 0.01 => format!("{:.1} mm", metres * 1e3),
-        size if size < 1.0 => format!("{:.1} cm", metres * 1e2),
-        _ => format!("{metres:.2} m"),
+        size if size < 0.01 => format!("{:.1}\u{a0}mm", metres * 1e3),
+        size if size < 1.0 => format!("{:.1}\u{a0}cm", metres * 1e2),
+        _ => format!("{metres:.2}\u{a0}m"),
     }
 }
 

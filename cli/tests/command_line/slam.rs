@@ -160,6 +160,16 @@ fn sequences_that_do_not_fit_together_are_refused() {
 }
 
 #[test]
+fn without_odometry_the_motion_comes_from_the_pictures() {
+    let folder = simulated(16);
+    let run = "slam --rig sim/rig.toml --frames sim/frames --truth sim/truth.tum --out out --json";
+    let report: serde_json::Value = serde_json::from_str(&folder.run(run).success()).unwrap();
+    let (path, truth) = (report["path"].as_f64().unwrap(), report["errors"]["path"].as_f64().unwrap());
+    assert!((path / truth - 1.0).abs() < 0.05, "{path} m of {truth} m");
+    assert!(folder.read("out/report.html").contains("the motion came from the pictures"));
+}
+
+#[test]
 fn the_real_road_is_driven_to_its_end() {
     let Some(road) = data("road_a") else { return };
     let folder = Folder::new();
