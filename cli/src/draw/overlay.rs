@@ -75,10 +75,10 @@ impl<'a> Overlay<'a> {
             let stroke = Stroke { opacity: opacity * line.strength, ..Stroke::solid(WHITE, width) };
             self.canvas.polyline(&line.pixels, stroke);
             // Distances along the middle, where lines are far enough apart for them.
-            if let (Some(metres), Some(pixel)) = (line.ahead, line.pixels.get(line.pixels.len() / 2)) {
-                if line.strength >= 1.0 || line.bold {
-                    self.metres.push((format!("{metres} m"), self.canvas.place(*pixel)));
-                }
+            if let (Some(metres), Some(pixel)) = (line.ahead, line.pixels.get(line.pixels.len() / 2))
+                && (line.strength >= 1.0 || line.bold)
+            {
+                self.metres.push((format!("{metres} m"), self.canvas.place(*pixel)));
             }
         }
         let dashed = Stroke { opacity: 0.8, dash: Some([9.0, 6.0]), ..Stroke::solid(WHITE, 1.4) };

@@ -22,9 +22,9 @@ pub fn page(run: &Run<'_>) -> String {
     html += &innovation_section(run);
     html += &times_section(run);
     html += &settings_section(run);
-    let _ = write!(
+    let _ = writeln!(
         html,
-        "<footer>monorange {} · <code>{}</code></footer></main></html>\n",
+        "<footer>monorange {} · <code>{}</code></footer></main></html>",
         env!("CARGO_PKG_VERSION"),
         escape(&run.command)
     );
