@@ -1,7 +1,7 @@
 /** A real browser on the built page, served from a sub-path of the loopback address. */
 import { existsSync } from 'node:fs';
 import { cp, mkdtemp, readFile, rm } from 'node:fs/promises';
-import { tmpdir } from 'node:os';
+import { cpus, loadavg, tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { chromium, type BrowserContext, type Page } from 'playwright-core';
 import { preview, type PreviewServer } from 'vite';
@@ -54,6 +54,13 @@ export async function exported(page: Page, name: string): Promise<string> {
   await page.click('#export-toggle');
   const [download] = await Promise.all([page.waitForEvent('download'), page.click(`#export-menu button:has-text("${name}")`)]);
   return readFile(await download.path(), 'utf8');
+}
+
+/** Whether times mean anything: nobody else keeps the processors busy. */
+export function isQuiet(): boolean {
+  const quiet = (loadavg()[0] ?? 0) < cpus().length;
+  if (!quiet) console.warn('Skipped: a time is not judged while other work keeps the processors busy.');
+  return quiet;
 }
 
 /** What the page says it is doing. */

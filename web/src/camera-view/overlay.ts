@@ -75,10 +75,10 @@ function strokeFading({ context, viewport }: Scene, vertices: Float32Array, spac
   if (level > 0) stroke(level);
 }
 
-/** 1 to 5, then every fifth: farther ones would meet. */
+/** 1 to 5, and 10: farther ones would meet one another and the horizon. */
 function isLabelled(lines: number): boolean {
   const line = Math.round(lines);
-  return line > 0 && (line <= 5 || line % 5 === 0);
+  return (line > 0 && line <= 5) || line === 10;
 }
 
 /** The vertex of a line that is nearest to straight ahead: the one of least range. */

@@ -12,7 +12,7 @@ export interface Listener {
 }
 
 /** Results are handed over this often, with the newest picture. */
-const WORD_EVERY_MS = 60;
+const WORD_EVERY_MS = 80;
 /** Pictures that are decoded ahead; more would only fill memory. */
 const AHEAD = 3;
 
