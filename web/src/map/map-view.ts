@@ -128,10 +128,10 @@ export class MapView {
     const colours = palette();
     this.#drawGrid(context, colours);
     if (layers['laser'] && state.sequence?.laser) this.#drawPoints(context, state.sequence.laser, colours.quiet);
-    if (layers['truth'] && state.sequence?.truth) this.#drawTruth(context, state.sequence.truth, colours);
     const result = resultOf(state);
     if (layers['footprint']) this.#drawFootprint(context, result, colours);
     if (layers['path']) this.#drawPath(context, state, colours);
+    if (layers['truth'] && state.sequence?.truth) this.#drawTruth(context, state.sequence.truth, colours);
     if (result && layers['landmarks']) this.#drawLandmarks(context, result, state.selected, colours);
     this.#drawRobot(context, result, colours);
     this.#drawScale(context, colours);
