@@ -52,14 +52,12 @@ struct Counts {
 }
 
 /// The co-processor: bytes in, answers out.
-#[derive(Debug)]
 pub struct Device<E> {
     deframer: Deframer,
     dispatch: Dispatch<E>,
 }
 
 /// Everything but the deframer, in whose memory a message stands while it is dispatched.
-#[derive(Debug)]
 struct Dispatch<E> {
     engine: E,
     link: Link,
@@ -235,23 +233,17 @@ impl<E: Engine> Dispatch<E> {
     }
 
     fn odometry(&mut self, odometry: &Odometry, port: &mut impl Write) {
-        let Odometry { time_us, duration, speed, turn } = *odometry;
-        let finite = [duration, speed, turn].iter().all(|value| value.is_finite());
         if !self.engine.is_configured() {
             return self.fault(Cause::NotConfigured, 0, port);
         }
-        if !finite || duration < 0.0 {
+        let sound = odometry.duration.is_finite() && odometry.duration >= 0.0;
+        let lost = self.last_motion.filter(|_| sound).and_then(|last| held(&last, odometry));
+        let moved = lost.map_or(Ok(()), |lost| self.engine.odometry(&lost));
+        if !sound || moved.is_err() || self.engine.odometry(odometry).is_err() {
             return self.fault(Cause::Odometry, 0, port);
         }
-        if let Some(last) = self.last_motion {
-            let gap = time_us.saturating_sub(end_us(&last));
-            if (ODOMETRY_SLACK_US..=ODOMETRY_HOLD_US).contains(&gap) {
-                self.engine.odometry(gap as f32 * 1e-6, last.speed, last.turn);
-            }
-        }
-        self.engine.odometry(duration, speed, turn);
         self.last_motion = Some(*odometry);
-        self.last_time_us = end_us(odometry);
+        self.last_time_us = odometry.until_us;
     }
 
     fn begin(&mut self, begin: &FrameBegin, board: &impl Board, port: &mut impl Write) {
@@ -313,7 +305,7 @@ impl<E: Engine> Dispatch<E> {
             }
             // Its beginning was lost, or it was given up already and the host told.
             None => {
-                self.engine.abandon(self.last_time_us);
+                self.engine.abandon();
                 self.answer(frame, self.last_time_us, true, board, port);
             }
         }
@@ -334,7 +326,7 @@ impl<E: Engine> Dispatch<E> {
     }
 
     fn drop_picture(&mut self, frame: u32, port: &mut impl Write) {
-        self.engine.abandon(self.last_time_us);
+        self.engine.abandon();
         self.counts.dropped = self.counts.dropped.saturating_add(1);
         self.fault(Cause::FrameDropped, frame, port);
     }
@@ -510,6 +502,20 @@ fn board_unit<B: Board>(_board: &B) -> CostUnit {
     B::COST_UNIT
 }
 
-fn end_us(odometry: &Odometry) -> u64 {
-    odometry.time_us.saturating_add((odometry.duration * 1e6 + 0.5) as u64)
+/// The motion between the last reading and this one, if some were lost: the last velocity holds.
+fn held(last: &Odometry, next: &Odometry) -> Option<Odometry> {
+    let began_us = next.until_us.saturating_sub((next.duration * 1e6 + 0.5) as u64);
+    let gap_us = began_us.checked_sub(last.until_us)?;
+    if !(ODOMETRY_SLACK_US..=ODOMETRY_HOLD_US).contains(&gap_us) {
+        return None;
+    }
+    let duration = gap_us as f32 * 1e-6;
+    let share = duration / last.duration;
+    let motion = match last.motion {
+        Motion::Increment { forward, left, turn } if share.is_finite() => {
+            Motion::Increment { forward: forward * share, left: left * share, turn: turn * share }
+        }
+        velocity => velocity,
+    };
+    Some(Odometry { until_us: began_us, duration, motion })
 }

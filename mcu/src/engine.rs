@@ -1,6 +1,6 @@
 //! What the device runs, as the device sees it.
 use crate::meter::Stage;
-use monorange_protocol::message::{Configure, Corners, FrameBegin, Landmark, Observation};
+use monorange_protocol::message::{Configure, Corners, FrameBegin, Landmark, Observation, Odometry};
 
 /// What fits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,8 +47,11 @@ pub trait Engine {
     /// Forgets pose and map.
     fn reset(&mut self);
 
-    /// The robot moves for `duration` seconds with `speed` (m/s) and `turn` (rad/s).
-    fn odometry(&mut self, duration: f32, speed: f32, turn: f32);
+    /// The robot moves.
+    ///
+    /// # Errors
+    /// A number that is not finite, or time that runs backwards; nothing moves then.
+    fn odometry(&mut self, odometry: &Odometry) -> Result<(), monorange_core::Error>;
 
     /// A picture begins.
     ///
@@ -63,7 +66,7 @@ pub trait Engine {
     fn end(&mut self, lap: impl FnMut(Stage));
 
     /// The picture is given up, or never came; motion still counts.
-    fn abandon(&mut self, time_us: u64);
+    fn abandon(&mut self);
 
     /// A picture's corners, found elsewhere.
     fn corners(&mut self, corners: &Corners);
@@ -71,7 +74,7 @@ pub trait Engine {
     /// Where the robot is.
     fn estimate(&self) -> Estimate;
 
-    /// What became of the last frame's corners.
+    /// What became of the last frame's corners; none after a picture that was given up.
     fn observations(&self) -> impl ExactSizeIterator<Item = Observation>;
 
     /// The map.

@@ -11,6 +11,7 @@
 //! | [`link`] | frames in and out: sequence numbers, counts, credit |
 //! | [`engine`] | what the device runs, as the device sees it: a trait, so that tests can put a fake in its place |
 //! | [`device`] | the state machine: what each message does, when a picture is given up, what is answered |
+//! | [`mapper`] | the pipeline as engine, in static memory |
 //! | [`meter`] | the cost of a frame by stages |
 //! | [`restart`] | what a run leaves behind for the one after it |
 //!
@@ -26,6 +27,7 @@ extern crate std;
 pub mod device;
 pub mod engine;
 pub mod link;
+pub mod mapper;
 pub mod meter;
 pub mod restart;
 pub mod ring;
@@ -35,6 +37,7 @@ mod crash;
 
 pub use device::{Device, Wish};
 pub use engine::Engine;
+pub use mapper::{Arrays, Mapper};
 pub use ring::Ring;
 
 use monorange_protocol::message::CostUnit;

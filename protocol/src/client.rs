@@ -256,6 +256,11 @@ impl<S: Read + Write> Client<S> {
         &mut self.stream
     }
 
+    /// The line, without the client.
+    pub fn into_stream(self) -> S {
+        self.stream
+    }
+
     fn listen_until(
         &mut self,
         heard: &mut dyn FnMut(&DeviceMessage<'_>),

@@ -6,6 +6,7 @@
 //! | frames → messages | [`message`] | every payload decodes to a message or is counted; nothing panics, nothing is read beyond it |
 //! | how much to send | [`window`] | a sender that stays inside never overruns the receiver, and a lost frame cannot stall it |
 //! | a host's end of the line | `client` (feature `std`) | all of this over any byte stream |
+//! | messages ↔ the core's types | `conversion` (feature `core`) | what a host sets is what a device runs, bit by bit |
 //!
 //! The wire format, byte by byte, with test vectors from which it can be implemented in C, is in `SPEC.md` beside
 //! this crate; a test keeps the vectors there equal to what this code sends.
@@ -37,6 +38,8 @@ extern crate std;
 
 #[cfg(feature = "std")]
 pub mod client;
+#[cfg(feature = "core")]
+pub mod conversion;
 pub mod frame;
 pub mod message;
 pub mod window;

@@ -10,9 +10,11 @@
 //! started. Covariances are the distinct elements of the symmetric matrix, row by row.
 mod device;
 mod host;
+mod settings;
 
 pub use device::*;
 pub use host::*;
+pub use settings::*;
 
 use crate::{
     Error,

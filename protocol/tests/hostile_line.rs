@@ -152,7 +152,7 @@ fn the_longest_payload_fits_and_one_more_byte_does_not() {
 
 #[test]
 fn later_fields_are_ignored_and_missing_ones_are_not() {
-    let begin = FrameBegin { frame: 3, time_us: 5, left: 0, top: 40, width: 320, height: 200, binning: 1 };
+    let begin = FrameBegin { frame: 3, time_us: 5, left: 0, top: 40, width: 320, height: 200 };
     let mut line = [0; MAX_ENCODED];
     let line = HostMessage::FrameBegin(begin).encode(0, &mut line).unwrap().to_vec();
     let (frames, _) = heard(&line);

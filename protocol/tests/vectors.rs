@@ -13,6 +13,63 @@ fn few<T: Clone + std::fmt::Debug, const N: usize>(items: &[T]) -> Few<T, N> {
     Few::from_slice(items).unwrap()
 }
 
+/// Every number another one, so that a field out of order shows.
+fn settings() -> Settings {
+    Settings {
+        mount_error: MountError::Estimated,
+        model: Model::Pixel,
+        corner_std_floor_px: 0.3,
+        min_depression: 0.035,
+        filter: FilterSettings {
+            variant: Variant::FirstEstimates,
+            covariance: CovarianceForm::Packed,
+            gate: Gate::Hard,
+            gate_nis: [6.625, 9.25],
+            range_prior: [4.0, 3.0],
+            linearity: 0.1,
+        },
+        map: MapSettings {
+            pairing: Pairing::Nearest,
+            match_nis: [6.5, 9.0],
+            birth_nis: 25.0,
+            confirm: 3,
+            within: 6,
+            forget: 50,
+            delete_after: 0,
+            merge_distance: 0.25,
+            merge_missed: 4,
+            joint_nodes: 256,
+        },
+        motion: MotionSettings {
+            speed_by_speed: 0.05,
+            turn_by_turn: 0.0625,
+            turn_by_speed: 0.07,
+            slip_by_speed: 0.01,
+            speed_floor: 0.001,
+            turn_floor: 0.002,
+        },
+        extract: ExtractSettings {
+            edge_threshold: 4.0,
+            opening: 5,
+            floor_top: 0.2,
+            floor_spread: 1.0,
+            vertical_spread: 0.4375,
+            gravity_tolerance: 0.07,
+            direction_tolerance: 0.16,
+            min_vertical_length: 0.08,
+            min_floor_length: 0.06,
+            max_gap_px: 6.0,
+            reach_px: 7.0,
+            floor_reach_px: 8.0,
+            overshoot_px: 3.0,
+            skirting_height: 0.125,
+            min_bound_length: 0.05,
+            max_below: 4.5,
+            min_crossing: 0.35,
+        },
+    }
+}
+
 fn host_messages() -> Vec<HostMessage<'static>> {
     let camera = Camera {
         width: 320,
@@ -21,16 +78,18 @@ fn host_messages() -> Vec<HostMessage<'static>> {
         principal: [145.75, 114.5],
         skew: 0.0,
         distortion: [-0.25, 0.375, -0.005, -0.002, 0.0],
-        pixel_std: [0.1, 0.125],
     };
-    let mount =
-        Mount { parameters: [0.4, 0.2, 0.0, 0.0, 0.05, 0.0], std: [0.005, 0.005, 0.005, 0.005, 0.0, 0.0] };
+    let mount = Mount { parameters: [0.4, 0.2, 0.0, 0.0, 0.05, 0.0], std: [0.005, 0.0055, 0.006, 0.0065] };
     let answers = Answers { observations: true, map_every: 10, statistics_every: 300 };
-    let corner = Corner { pixel: [100.5, 180.25], covariance: [0.25, -0.125, 0.5] };
+    let corner = Corner { pixel: [100.5, 180.25], covariance: [0.25, -0.125, 0.5], brighter: [true, false] };
     vec![
         HostMessage::Hello(Hello { nonce: 0xdead_beef }),
-        HostMessage::Configure(Configure { camera, mount, answers }),
-        HostMessage::Odometry(Odometry { time_us: 1_000_000, duration: 0.1, speed: 0.5, turn: -0.25 }),
+        HostMessage::Configure(Configure { camera, mount, binning: 1, answers, settings: settings() }),
+        HostMessage::Odometry(Odometry {
+            until_us: 1_100_000,
+            duration: 0.1,
+            motion: Motion::Velocity { speed: 0.5, turn: -0.25 },
+        }),
         HostMessage::FrameBegin(FrameBegin {
             frame: 300,
             time_us: 1_100_000,
@@ -38,7 +97,6 @@ fn host_messages() -> Vec<HostMessage<'static>> {
             top: 40,
             width: 320,
             height: 200,
-            binning: 1,
         }),
         HostMessage::Rows(Rows { frame: 300, row: 6, pixels: &[0, 1, 0, 255, 17, 0, 0, 4] }),
         HostMessage::FrameEnd(FrameEnd { frame: 300 }),
@@ -73,6 +131,7 @@ fn device_messages() -> Vec<DeviceMessage<'static>> {
         position: [3.5, -1.25],
         covariance: [0.01, 0.001, 0.02],
         seen: 12,
+        confirmed: true,
         first_us: 1_000_000,
         last_us: 2_100_000,
     };

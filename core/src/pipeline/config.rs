@@ -78,6 +78,17 @@ impl Config {
         config
     }
 
+    /// The settings themselves if a pipeline can run with them.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] with the name of the first value that it cannot use.
+    pub fn checked(self) -> Result<Self> {
+        let complete = self.validated()?;
+        complete.filter.check()?;
+        complete.map.check()?;
+        Ok(self)
+    }
+
     /// The settings with those that follow from others filled in, if every value is usable.
     ///
     /// # Errors

@@ -13,6 +13,7 @@
 mod config;
 mod motion_noise;
 mod report;
+mod snapshot;
 mod storage;
 #[cfg(all(feature = "alloc", feature = "sift"))]
 mod visual_motion;
@@ -22,6 +23,7 @@ pub use motion_noise::{MotionNoise, Odometry};
 pub use report::{CornerReport, Report};
 #[cfg(feature = "alloc")]
 pub use storage::OnHeap;
+pub use snapshot::state_len;
 pub use storage::{Memory, Storage};
 #[cfg(all(feature = "alloc", feature = "sift"))]
 pub use visual_motion::{VisualConfig, VisualMotion, VisualStep};

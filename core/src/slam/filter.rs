@@ -69,6 +69,16 @@ impl<T: Real> Default for FilterConfig<T> {
     }
 }
 
+impl<T: Real> FilterConfig<T> {
+    /// Whether a filter can run with these settings.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] with the name of the first value that it cannot use.
+    pub fn check(&self) -> Result<()> {
+        check_config(self)
+    }
+}
+
 /// Landmarks whose downdates share one pass over the covariance.
 pub(super) const BATCH: usize = 4;
 /// Working vectors: two for every landmark of a batch, the correction, and two for the reset.

@@ -93,6 +93,29 @@ impl<T: Real> Default for MapConfig<T> {
     }
 }
 
+impl<T: Real> MapConfig<T> {
+    /// Whether a map can be kept with these settings.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] with the name of the first value that it cannot use.
+    pub fn check(&self) -> Result<()> {
+        let ordered = self.match_nis.iter().all(|nis| *nis > T::zero() && *nis <= self.birth_nis);
+        if !ordered {
+            let (name, value) = ("map.birth_nis", self.birth_nis.to_f64());
+            return Err(Error::OutOfRange {
+                name,
+                value,
+                expected: "at least map.match_nis, which is above 0",
+            });
+        }
+        if self.confirm == 0 || self.within < self.confirm {
+            let (name, value) = ("map.confirm", f64::from(self.confirm));
+            return Err(Error::OutOfRange { name, value, expected: "from 1 to map.within" });
+        }
+        Ok(())
+    }
+}
+
 /// What is known about a measurement's landmark beforehand.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Hint {
@@ -196,19 +219,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     /// # Errors
     /// [`Error::OutOfRange`] when a threshold is not above 0, or the birth threshold is below the match threshold.
     pub fn new(filter: Filter<T, S, L>, config: MapConfig<T>) -> Result<Self> {
-        let ordered = config.match_nis.iter().all(|nis| *nis > T::zero() && *nis <= config.birth_nis);
-        if !ordered {
-            let (name, value) = ("map.birth_nis", config.birth_nis.to_f64());
-            return Err(Error::OutOfRange {
-                name,
-                value,
-                expected: "at least map.match_nis, which is above 0",
-            });
-        }
-        if config.confirm == 0 || config.within < config.confirm {
-            let (name, value) = ("map.confirm", f64::from(config.confirm));
-            return Err(Error::OutOfRange { name, value, expected: "from 1 to map.within" });
-        }
+        config.check()?;
         let next_id = filter.landmarks().iter().map(|landmark| landmark.id + 1).max().unwrap_or(0);
         Ok(Self { filter, config, health: Health::default(), next_id, frame: 0 })
     }

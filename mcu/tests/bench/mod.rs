@@ -2,11 +2,19 @@
 #![allow(dead_code, reason = "each test file uses its part")]
 pub(crate) mod faults;
 
-use monorange_core::Error;
+use monorange_core::{
+    Error,
+    geometry::{Camera, Mount, RangeFinder},
+    pipeline::Config,
+};
 use monorange_mcu::{Board, Device, Engine, Wish, engine::*, meter::Stage};
 use monorange_protocol::{
+    conversion::message_from_config,
     frame::{Deframer, LinkCounts, MAX_ENCODED},
-    message::*,
+    message::{
+        Answers, Ask, Cause, Configure, Corners, CostUnit, Credit, Decision, DeviceMessage, FrameBegin,
+        FrameEnd, Hello, HostMessage, Landmark, Motion, Observation, Odometry, Pose, Rows, Statistics,
+    },
 };
 
 /// Remembers motion as sums, and of the last picture a checksum and its rows.
@@ -21,7 +29,7 @@ pub(crate) struct Fake {
 }
 
 impl Engine for Fake {
-    const LIMITS: Limits = Limits { width: 320, height: 240, landmarks: 32, corners: 48 };
+    const LIMITS: Limits = Limits { width: 320, height: 240, landmarks: 32, corners: 32 };
 
     fn configure(&mut self, configuration: &Configure) -> Result<(), Error> {
         if configuration.camera.width > 320 {
@@ -36,8 +44,13 @@ impl Engine for Fake {
     fn reset(&mut self) {
         *self = Self { configured: self.configured, ..Self::default() };
     }
-    fn odometry(&mut self, duration: f32, speed: f32, _turn: f32) {
-        self.moved += duration * speed;
+    fn odometry(&mut self, odometry: &Odometry) -> Result<(), Error> {
+        let Motion::Velocity { speed, .. } = odometry.motion else { return Ok(()) };
+        if !speed.is_finite() {
+            return Err(Error::OutOfRange { name: "speed", value: speed.into(), expected: "finite" });
+        }
+        self.moved += odometry.duration * speed;
+        Ok(())
     }
     fn begin(&mut self, picture: &FrameBegin) -> Result<(), Error> {
         assert!(self.picture.is_none(), "a picture begins within another");
@@ -58,7 +71,7 @@ impl Engine for Fake {
         self.pictures.push((begin.frame, monorange_protocol::frame::checksum(&rows)));
         lap(Stage::Corners);
     }
-    fn abandon(&mut self, _time_us: u64) {
+    fn abandon(&mut self) {
         self.picture = None;
         self.abandoned += 1;
     }
@@ -74,14 +87,15 @@ impl Engine for Fake {
             range: 1.0,
             bearing: 0.0,
             covariance: [0.0; 3],
-            landmark: Some(number),
+            landmark: Some(u32::from(number)),
             decision: Decision::Update,
             nis: None,
         })
     }
     fn landmarks(&self) -> impl ExactSizeIterator<Item = Landmark> {
         (0..32_u16).map(|id| Landmark {
-            id,
+            id: u32::from(id),
+            confirmed: true,
             position: [0.0; 2],
             covariance: [0.0; 3],
             seen: 1,
@@ -239,7 +253,7 @@ impl Talk {
 /// The messages of a small picture: a motion of 0.1 s at 1 m/s, and then its rows one by one.
 pub(crate) fn picture(frame: u32, rows: &[[u8; 4]]) -> Vec<HostMessage<'_>> {
     let time_us = u64::from(frame) * 100_000;
-    let motion = Odometry { time_us, duration: 0.1, speed: 1.0, turn: 0.0 };
+    let motion = motion(time_us + 100_000, 0.1, 1.0);
     let begin = FrameBegin {
         frame,
         time_us: time_us + 100_000,
@@ -247,27 +261,22 @@ pub(crate) fn picture(frame: u32, rows: &[[u8; 4]]) -> Vec<HostMessage<'_>> {
         top: 0,
         width: 4,
         height: rows.len() as u16,
-        binning: 1,
     };
     let rows = rows.iter().zip(0..).map(|(pixels, row)| HostMessage::Rows(Rows { frame, row, pixels }));
     let messages = [HostMessage::Odometry(motion), HostMessage::FrameBegin(begin)].into_iter().chain(rows);
     messages.chain([HostMessage::FrameEnd(FrameEnd { frame })]).collect()
 }
 
+/// A motion straight on.
+pub(crate) fn motion(until_us: u64, duration: f32, speed: f32) -> Odometry {
+    Odometry { until_us, duration, motion: Motion::Velocity { speed, turn: 0.0 } }
+}
+
 pub(crate) fn configuration() -> Configure {
-    Configure {
-        camera: Camera {
-            width: 320,
-            height: 240,
-            focal: [365.0; 2],
-            principal: [160.0, 120.0],
-            skew: 0.0,
-            distortion: [0.0; 5],
-            pixel_std: [0.1; 2],
-        },
-        mount: Mount { parameters: [0.4, 0.2, 0.0, 0.0, 0.0, 0.0], std: [0.0; 6] },
-        answers: Answers { observations: true, map_every: 0, statistics_every: 0 },
-    }
+    let camera = Camera::new(320, 240, [365.0; 2], [160.0, 120.0], 0.0, Default::default()).unwrap();
+    let mount = Mount::new([0.4, 0.2, 0.0, 0.0, 0.0, 0.0]).unwrap();
+    let answers = Answers { observations: true, map_every: 0, statistics_every: 0 };
+    message_from_config(&Config::new(RangeFinder::new(camera, mount)), answers)
 }
 
 pub(crate) fn poses(said: &[Said]) -> Vec<Pose> {

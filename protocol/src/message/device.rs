@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Observations in one message, at most.
 pub const MAX_OBSERVATIONS: usize = 24;
 /// Landmarks in one message, at most.
-pub const MAX_LANDMARKS: usize = 20;
+pub const MAX_LANDMARKS: usize = 18;
 
 /// Who the device is and what it can hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -62,7 +62,7 @@ pub struct Observation {
     /// var_range, cov_range_bearing, var_bearing.
     pub covariance: [f32; 3],
     /// The landmark that it belongs to.
-    pub landmark: Option<u16>,
+    pub landmark: Option<u32>,
     /// What became of it.
     pub decision: Decision,
     /// Normalised innovation squared, where there was an innovation.
@@ -104,16 +104,18 @@ pub struct Pose {
 }
 
 /// A landmark.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Landmark {
     /// Its number, never used again.
-    pub id: u16,
+    pub id: u32,
     /// Position in m.
     pub position: [f32; 2],
     /// var_x, cov_xy, var_y.
     pub covariance: [f32; 3],
     /// Frames in which it was seen.
     pub seen: u32,
+    /// Seen often enough to be believed.
+    pub confirmed: bool,
     /// When it was first seen.
     pub first_us: u64,
     /// When it was last seen.

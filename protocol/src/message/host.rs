@@ -1,9 +1,10 @@
 //! Host → device.
+use super::Settings;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Corners in one message, at most.
-pub const MAX_CORNERS: usize = 48;
+pub const MAX_CORNERS: usize = 32;
 
 /// The first message of a host, and after a silence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -19,8 +20,12 @@ pub struct Configure {
     pub camera: Camera,
     /// How it sits on the robot.
     pub mount: Mount,
+    /// 1, or 2 when each pixel that will be sent is the mean of 2 × 2 of the camera's.
+    pub binning: u8,
     /// What the device sends without being asked.
     pub answers: Answers,
+    /// Everything else.
+    pub settings: Settings,
 }
 
 /// A pinhole camera with Brown–Conrady distortion.
@@ -38,8 +43,6 @@ pub struct Camera {
     pub skew: f32,
     /// k1, k2, p1, p2, k3.
     pub distortion: [f32; 5],
-    /// Standard deviation of a corner's pixel, across and down.
-    pub pixel_std: [f32; 2],
 }
 
 /// How the camera sits on the robot: m and rad.
@@ -47,8 +50,8 @@ pub struct Camera {
 pub struct Mount {
     /// Height, tilt (down positive), roll, yaw, forward, left.
     pub parameters: [f32; 6],
-    /// Their standard deviations.
-    pub std: [f32; 6],
+    /// Standard deviations of height, tilt, roll, yaw.
+    pub std: [f32; 4],
 }
 
 /// What the device sends without being asked.
@@ -62,42 +65,59 @@ pub struct Answers {
     pub statistics_every: u16,
 }
 
-/// The robot's motion: from `time_us` on, for `duration`, it moves with `speed` and `turn`.
+/// The robot's motion up to `until_us`, over `duration`.
 ///
-/// Where a message is lost, the device notices the gap between the end of the last and `time_us` of this one, and
-/// lets the last one's speed and turn hold through it.
+/// Where a message is lost, the device notices the gap between the end of the last and the beginning of this one, and
+/// lets the last one's velocity hold through it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Odometry {
-    /// When the motion begins.
-    pub time_us: u64,
+    /// When the motion ends.
+    pub until_us: u64,
     /// How long it lasts, s.
     pub duration: f32,
-    /// Forward, m/s.
-    pub speed: f32,
-    /// To the left, rad/s.
-    pub turn: f32,
+    /// The motion.
+    pub motion: Motion,
+}
+
+/// A motion as odometry tells it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Motion {
+    /// A velocity that held.
+    Velocity {
+        /// Forward, m/s.
+        speed: f32,
+        /// To the left, rad/s.
+        turn: f32,
+    },
+    /// A displacement in the robot's frame at the beginning.
+    Increment {
+        /// m.
+        forward: f32,
+        /// m.
+        left: f32,
+        /// rad.
+        turn: f32,
+    },
 }
 
 /// A picture begins.
 ///
-/// Only the region of interest is sent. With `binning` 2 each pixel that is sent is the mean of 2 × 2 of the
-/// camera's, and `width` and `height` count what is sent.
+/// Only a region of interest needs to be sent: `left` … `height` count pixels as they are sent, after binning. The
+/// rest of the picture is taken to be as its border, where there are no edges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FrameBegin {
     /// The frame's number, which its rows, its end and all answers carry.
     pub frame: u32,
     /// When it was taken.
     pub time_us: u64,
-    /// The first column that is sent, in the camera's pixels.
+    /// The first column that is sent.
     pub left: u16,
-    /// The first row that is sent, in the camera's pixels.
+    /// The first row that is sent.
     pub top: u16,
     /// Pixels in a row that is sent.
     pub width: u16,
     /// Rows that are sent.
     pub height: u16,
-    /// 1, or 2 for 2 × 2 pixels of the camera in one.
-    pub binning: u8,
 }
 
 /// Whole rows of a picture, the next ones from the top.
@@ -136,6 +156,8 @@ pub struct Corner {
     pub pixel: [f32; 2],
     /// var_u, cov_uv, var_v in px².
     pub covariance: [f32; 3],
+    /// Whether the vertical edge is brighter on its right, and the floor edge below.
+    pub brighter: [bool; 2],
 }
 
 /// What to forget.

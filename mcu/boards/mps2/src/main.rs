@@ -15,15 +15,17 @@ mod board;
 mod uart;
 
 use board::Mps2;
+use core::mem::MaybeUninit;
 use cortex_m_rt::entry;
 use embedded_io::Write;
 use monorange_cortex::{fault, stack};
-use monorange_mcu::{Device, Wish};
+use monorange_mcu::{Arrays, Device, Mapper, Wish};
 
 #[entry]
 fn main() -> ! {
     // Made safe by `entry`, which runs once.
-    static mut DEVICE: Device<fake::Fake> = Device::new(fake::Fake);
+    static mut ARRAYS: Arrays = Arrays::new();
+    static mut DEVICE: MaybeUninit<Device<Mapper>> = MaybeUninit::uninit();
 
     let last_run = fault::begin();
     let Some(cortex_m::Peripherals { SYST: mut systick, MPU: mpu, .. }) = cortex_m::Peripherals::take()
@@ -33,7 +35,8 @@ fn main() -> ! {
     stack::guard(&mpu);
     let mut board = Mps2::start(&mut systick);
     let mut port = uart::Port::start();
-    DEVICE.greet(last_run.count(), last_run.cause(), &board, &mut port);
+    let device = DEVICE.write(Device::new(Mapper::new(ARRAYS)));
+    device.greet(last_run.count(), last_run.cause(), &board, &mut port);
 
     let mut bytes = [0; 64];
     loop {
@@ -42,53 +45,9 @@ fn main() -> ! {
         if count == 0 {
             uart::sleep_until_bytes();
             board.tick();
-        } else if DEVICE.receive(&bytes[..count], &board, &mut port) == Wish::Restart {
+        } else if device.receive(&bytes[..count], &board, &mut port) == Wish::Restart {
             let _ = port.flush();
             cortex_m::peripheral::SCB::sys_reset();
-        }
-    }
-}
-
-mod fake {
-    use monorange_cortex::{fault, stack};
-    use monorange_mcu::{Engine, engine::*, meter::Stage};
-    use monorange_protocol::message::*;
-    #[derive(Debug)]
-    pub struct Fake;
-    impl Engine for Fake {
-        const LIMITS: Limits = Limits { width: 320, height: 240, landmarks: 32, corners: 32 };
-        fn configure(&mut self, _: &Configure) -> Result<(), monorange_core::Error> {
-            Ok(())
-        }
-        fn is_configured(&self) -> bool {
-            true
-        }
-        fn reset(&mut self) {}
-        fn odometry(&mut self, _: f32, _: f32, _: f32) {}
-        fn begin(&mut self, _: &FrameBegin) -> Result<(), monorange_core::Error> {
-            Ok(())
-        }
-        fn row(&mut self, _: &[u8]) {}
-        fn end(&mut self, _: impl FnMut(Stage)) {}
-        fn abandon(&mut self, _: u64) {}
-        fn corners(&mut self, _: &Corners) {}
-        fn estimate(&self) -> Estimate {
-            Estimate::default()
-        }
-        fn observations(&self) -> impl ExactSizeIterator<Item = Observation> {
-            core::iter::empty()
-        }
-        fn landmarks(&self) -> impl ExactSizeIterator<Item = Landmark> {
-            core::iter::empty()
-        }
-        fn save(&mut self) -> &[u8] {
-            &[]
-        }
-        fn staging(&mut self) -> &mut [u8] {
-            &mut []
-        }
-        fn restore(&mut self, _: usize) -> bool {
-            false
         }
     }
 }

@@ -13,6 +13,7 @@
 
 mod board;
 
+use core::mem::MaybeUninit;
 use board::Nucleo;
 use cortex_m_rt::entry;
 use embassy_stm32::{
@@ -22,7 +23,7 @@ use embassy_stm32::{
 };
 use embedded_io::{Read, ReadReady, Write};
 use monorange_cortex::{fault, stack};
-use monorange_mcu::{Device, PipelineEngine, WINDOW, Wish};
+use monorange_mcu::{Arrays, Device, Mapper, WINDOW, Wish};
 
 /// Of the line. The ST-LINK's virtual port takes up to about 2 Mbaud; an adapter at the pins takes 3.
 const BAUD: u32 = 921_600;
@@ -35,7 +36,8 @@ bind_interrupts!(struct Interrupts {
 #[entry]
 fn main() -> ! {
     // Made safe by `entry`, which runs once.
-    static mut DEVICE: Device<PipelineEngine> = Device::new(PipelineEngine::new());
+    static mut ARRAYS: Arrays = Arrays::new();
+    static mut DEVICE: MaybeUninit<Device<Mapper>> = MaybeUninit::uninit();
     static mut SENDING: [u8; 1024] = [0; 1024];
     static mut RECEIVED: [u8; WINDOW] = [0; WINDOW];
 
@@ -63,7 +65,8 @@ fn main() -> ! {
     let (mut port, mut line) = uart.split();
     let mut watchdog = IndependentWatchdog::new(peripherals.IWDG1, WATCHDOG_US);
     watchdog.unleash();
-    DEVICE.greet(last_run.count(), last_run.cause(), &board, &mut port);
+    let device = DEVICE.write(Device::new(Mapper::new(ARRAYS)));
+    device.greet(last_run.count(), last_run.cause(), &board, &mut port);
 
     let mut bytes = [0; 64];
     loop {
@@ -79,7 +82,7 @@ fn main() -> ! {
         });
         // A framing or noise error shows in the frame's checksum.
         let count = if waiting { line.read(&mut bytes).unwrap_or(0) } else { 0 };
-        if DEVICE.receive(&bytes[..count], &board, &mut port) == Wish::Restart {
+        if device.receive(&bytes[..count], &board, &mut port) == Wish::Restart {
             let _ = port.flush();
             cortex_m::peripheral::SCB::sys_reset();
         }

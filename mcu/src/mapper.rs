@@ -1,0 +1,302 @@
+//! The pipeline as the device's engine, in static memory.
+//!
+//! | memory, 320 × 240 and 32 landmarks | bytes |
+//! |---|---|
+//! | line buffers, masks, edge points | [`Arrays`]' `words`, `masks`, `points` |
+//! | state, covariance, landmarks' records | `numbers`, `landmarks` |
+//! | a state on its way in or out | `staging` |
+//!
+//! A region of interest smaller than the picture is continued by its border rows and columns, where there are no edges
+//! then, so that the extractor sees the camera that it was configured for.
+use crate::{
+    Engine,
+    engine::{Estimate, Limits},
+    meter::Stage,
+};
+use monorange_core::{
+    Error,
+    lines::{self, EdgePoint, mask_words, point_count, row_words},
+    pipeline::{Config, Memory, Pipeline, Report, Storage, state_len},
+    slam::{self, states_for, storage_len},
+};
+use monorange_protocol::{conversion, message::*};
+use nalgebra::{Matrix2, Vector2};
+
+const WIDTH: usize = 320;
+const HEIGHT: usize = 240;
+const LANDMARKS: usize = 32;
+const STATES: usize = states_for(LANDMARKS, true);
+const STATE_BYTES: usize = state_len(STATES, LANDMARKS);
+
+/// Memory lent for good.
+#[derive(Clone, Copy, Debug)]
+pub struct Lent;
+
+impl Storage for Lent {
+    type Words = &'static mut [u16];
+    type Masks = &'static mut [u32];
+    type Points = &'static mut [EdgePoint];
+    type Numbers = &'static mut [f32];
+    type Landmarks = &'static mut [slam::Landmark<f32>];
+}
+
+/// All that depends on the size of picture and map: a board keeps one in a static.
+#[derive(Debug)]
+pub struct Arrays {
+    words: [u16; row_words(WIDTH, HEIGHT)],
+    masks: [u32; mask_words(WIDTH)],
+    points: heapless::Vec<EdgePoint, { point_count(WIDTH, HEIGHT) }>,
+    numbers: [f32; storage_len(STATES)],
+    landmarks: heapless::Vec<slam::Landmark<f32>, LANDMARKS>,
+    staging: [u8; STATE_BYTES],
+}
+
+impl Default for Arrays {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Arrays {
+    /// All zero, so that it takes no room in flash.
+    pub const fn new() -> Self {
+        Self {
+            words: [0; row_words(WIDTH, HEIGHT)],
+            masks: [0; mask_words(WIDTH)],
+            points: heapless::Vec::new(),
+            numbers: [0.0; storage_len(STATES)],
+            landmarks: heapless::Vec::new(),
+            staging: [0; STATE_BYTES],
+        }
+    }
+}
+
+/// The engine: a [`Pipeline`], once it is configured.
+pub struct Mapper {
+    pipeline: Option<Pipeline<Lent>>,
+    /// The pipeline's memory before the first configuration.
+    memory: Option<Memory<Lent>>,
+    staging: &'static mut [u8],
+    report: Option<Report>,
+    binning: u8,
+    picture: Option<FrameBegin>,
+    rows: usize,
+    /// A row of a region of interest, made as wide as the picture.
+    line: [u8; WIDTH],
+}
+
+impl Mapper {
+    /// An engine without a configuration.
+    pub fn new(arrays: &'static mut Arrays) -> Self {
+        let Arrays { words, masks, points, numbers, landmarks, staging } = arrays;
+        // Neither fails: the lengths are the capacities.
+        let _ = points.resize(points.capacity(), EdgePoint::default());
+        let _ = landmarks.resize(landmarks.capacity(), slam::Landmark::default());
+        let (points, landmarks) = (points.as_mut_slice(), landmarks.as_mut_slice());
+        let memory = Memory {
+            words: words.as_mut_slice(),
+            masks: masks.as_mut_slice(),
+            points,
+            numbers: numbers.as_mut_slice(),
+            landmarks,
+        };
+        Self {
+            pipeline: None,
+            memory: Some(memory),
+            staging,
+            report: None,
+            binning: 1,
+            picture: None,
+            rows: 0,
+            line: [0; WIDTH],
+        }
+    }
+
+    /// The pipeline, once it is configured.
+    pub fn pipeline(&self) -> Option<&Pipeline<Lent>> {
+        self.pipeline.as_ref()
+    }
+
+    /// A fresh pipeline in the memory of the old one.
+    fn build(&mut self, config: Config) -> Result<(), Error> {
+        self.report = None;
+        self.picture = None;
+        let old = self.pipeline.take().map(Pipeline::into_memory);
+        let memory = old.or_else(|| self.memory.take());
+        let memory = memory.ok_or(Error::Size { name: "memory", got: 0, expected: 1 })?;
+        self.pipeline = Some(Pipeline::new(config, memory)?);
+        Ok(())
+    }
+
+    /// Width and height of the camera's pictures.
+    fn size(&self) -> (usize, usize) {
+        let camera = self.pipeline.as_ref().map(|pipeline| pipeline.config().finder.camera());
+        camera.map_or((0, 0), |camera| (camera.width(), camera.height()))
+    }
+
+    /// The last row of a region of interest, so many times.
+    fn push_line(&mut self, times: usize) {
+        let (line, width) = (self.line, self.size().0);
+        (0..times).for_each(|_| self.push(line.get(..width).unwrap_or_default()));
+    }
+
+    /// One row of the camera's width.
+    #[inline(never)]
+    fn push(&mut self, pixels: &[u8]) {
+        if let Some(pipeline) = &mut self.pipeline {
+            // Width and number have been checked when the picture began.
+            let _ = pipeline.push_row(pixels);
+        }
+        self.rows += 1;
+    }
+}
+
+fn at_most(name: &'static str, got: usize, expected: usize) -> Result<(), Error> {
+    if got <= expected { Ok(()) } else { Err(Error::Size { name, got, expected }) }
+}
+
+impl Engine for Mapper {
+    const LIMITS: Limits = Limits {
+        width: WIDTH as u16,
+        height: HEIGHT as u16,
+        landmarks: LANDMARKS as u16,
+        corners: MAX_CORNERS as u16,
+    };
+
+    fn configure(&mut self, configuration: &Configure) -> Result<(), Error> {
+        let binning = configuration.binning;
+        if !(1..=2).contains(&binning) {
+            return Err(Error::OutOfRange { name: "binning", value: binning.into(), expected: "1 or 2" });
+        }
+        // Everything is checked before the old pipeline gives its memory up.
+        let config = conversion::config_from_message(configuration)?.checked()?;
+        let camera = config.finder.camera();
+        at_most("camera.width", camera.width(), WIDTH)?;
+        at_most("camera.height", camera.height(), HEIGHT)?;
+        self.build(config)?;
+        self.binning = binning;
+        Ok(())
+    }
+
+    fn is_configured(&self) -> bool {
+        self.pipeline.is_some()
+    }
+
+    fn reset(&mut self) {
+        if let Some(config) = self.pipeline.as_ref().map(|pipeline| *pipeline.config()) {
+            // It was good before.
+            let _ = self.build(config);
+        }
+    }
+
+    fn odometry(&mut self, odometry: &Odometry) -> Result<(), Error> {
+        let Some(pipeline) = &mut self.pipeline else { return Ok(()) };
+        let time = conversion::seconds_from_us(odometry.until_us);
+        pipeline.odometry(time, &conversion::odometry_from_message(odometry))
+    }
+
+    fn begin(&mut self, picture: &FrameBegin) -> Result<(), Error> {
+        let Some(pipeline) = &mut self.pipeline else { return Ok(()) };
+        let camera = pipeline.config().finder.camera();
+        let FrameBegin { left, top, width, height, .. } = *picture;
+        let empty = usize::from(width == 0 || height == 0) * usize::MAX;
+        at_most("picture.width", usize::from(left) + usize::from(width), camera.width())?;
+        at_most("picture.height", usize::from(top) + usize::from(height), camera.height())?;
+        at_most("picture", empty, 0)?;
+        pipeline.begin();
+        self.report = None;
+        self.picture = Some(*picture);
+        self.rows = 0;
+        Ok(())
+    }
+
+    fn row(&mut self, pixels: &[u8]) {
+        let Some(picture) = self.picture else { return };
+        let (width, height) = self.size();
+        if (usize::from(picture.width), usize::from(picture.height)) == (width, height) {
+            return self.push(pixels);
+        }
+        let left = usize::from(picture.left);
+        let (Some(first), Some(last)) = (pixels.first(), pixels.last()) else { return };
+        self.line.fill(*last);
+        if let Some(part) = self.line.get_mut(..left) {
+            part.fill(*first);
+        }
+        if let Some(part) = self.line.get_mut(left..left + pixels.len()) {
+            part.copy_from_slice(pixels);
+        }
+        let above = if self.rows == 0 { usize::from(picture.top) } else { 0 };
+        self.push_line(above + 1);
+    }
+
+    fn end(&mut self, mut lap: impl FnMut(Stage)) {
+        let Some(picture) = self.picture.take() else { return };
+        let below = self.size().1.saturating_sub(self.rows);
+        self.push_line(below);
+        lap(Stage::Rows);
+        let Some(pipeline) = &mut self.pipeline else { return };
+        let _ = pipeline.extraction();
+        lap(Stage::Corners);
+        self.report = pipeline.finish(conversion::seconds_from_us(picture.time_us)).ok();
+        lap(Stage::Filter);
+    }
+
+    fn abandon(&mut self) {
+        self.picture = None;
+        self.report = None;
+    }
+
+    fn corners(&mut self, corners: &Corners) {
+        let Some(pipeline) = &mut self.pipeline else { return };
+        let binning = self.binning;
+        let area = f32::from(binning) * f32::from(binning);
+        let found = corners.corners.iter().map(|corner| {
+            let [u, v] = corner.pixel.map(|at| conversion::sent_from_camera(at, binning));
+            let [var_u, cov_uv, var_v] = corner.covariance.map(|value| value / area);
+            let covariance = Matrix2::new(var_u, cov_uv, cov_uv, var_v);
+            let (pixel, [brighter_right, brighter_below]) = (Vector2::new(u, v), corner.brighter);
+            lines::Corner { pixel, covariance, brighter_right, brighter_below, ..Default::default() }
+        });
+        let found: heapless::Vec<lines::Corner, MAX_CORNERS> = found.collect();
+        self.report = pipeline.observe(conversion::seconds_from_us(corners.time_us), &found).ok();
+    }
+
+    fn estimate(&self) -> Estimate {
+        let Some(filter) = self.pipeline.as_ref().map(Pipeline::filter) else { return Estimate::default() };
+        let (pose, p) = (filter.pose(), filter.pose_covariance());
+        Estimate {
+            position: [pose.x, pose.y],
+            heading: pose.heading,
+            covariance: [p.m11, p.m12, p.m13, p.m22, p.m23, p.m33],
+        }
+    }
+
+    fn observations(&self) -> impl ExactSizeIterator<Item = Observation> {
+        let corners = self.report.as_ref().map_or(&[][..], |report| &report.corners);
+        corners.iter().map(|corner| conversion::observation_from_corner(corner, self.binning))
+    }
+
+    fn landmarks(&self) -> impl ExactSizeIterator<Item = Landmark> {
+        let filter = self.pipeline.as_ref().map(Pipeline::filter);
+        let records = filter.map_or(&[][..], slam::Filter::landmarks);
+        let told = move |record| filter.map(|filter| conversion::landmark_from_filter(filter, record));
+        records.iter().map(move |record| told(record).unwrap_or_default())
+    }
+
+    fn save(&mut self) -> &[u8] {
+        let Some(pipeline) = &mut self.pipeline else { return &[] };
+        let length = pipeline.save(self.staging).unwrap_or(0);
+        self.staging.get(..length).unwrap_or_default()
+    }
+
+    fn staging(&mut self) -> &mut [u8] {
+        self.staging
+    }
+
+    fn restore(&mut self, length: usize) -> bool {
+        let (Some(pipeline), Some(state)) = (&mut self.pipeline, self.staging.get(..length)) else {
+            return false;
+        };
+        pipeline.restore(state).is_ok()
+    }
+}
