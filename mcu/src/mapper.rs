@@ -117,14 +117,26 @@ impl Mapper {
         self.pipeline.as_ref()
     }
 
-    /// A fresh pipeline in the memory of the old one.
-    fn build(&mut self, config: Config) -> Result<(), Error> {
+    /// A fresh pipeline in the memory of the old one. Each step is a function of its own: a pipeline is 12 KiB, and
+    /// its copies should not be on the stack together.
+    fn build(&mut self, config: &Config) -> Result<(), Error> {
         self.report = None;
         self.picture = None;
-        let old = self.pipeline.take().map(Pipeline::into_memory);
-        let memory = old.or_else(|| self.memory.take());
-        let memory = memory.ok_or(Error::Size { name: "memory", got: 0, expected: 1 })?;
-        self.pipeline = Some(Pipeline::new(config, memory)?);
+        self.reclaim();
+        self.construct(config)
+    }
+
+    #[inline(never)]
+    fn reclaim(&mut self) {
+        if let Some(old) = self.pipeline.take() {
+            self.memory = Some(old.into_memory());
+        }
+    }
+
+    #[inline(never)]
+    fn construct(&mut self, config: &Config) -> Result<(), Error> {
+        let memory = self.memory.take().ok_or(Error::Size { name: "memory", got: 0, expected: 1 })?;
+        self.pipeline = Some(Pipeline::new(*config, memory)?);
         Ok(())
     }
 
@@ -173,7 +185,7 @@ impl Engine for Mapper {
         let camera = config.finder.camera();
         at_most("camera.width", camera.width(), WIDTH)?;
         at_most("camera.height", camera.height(), HEIGHT)?;
-        self.build(config)?;
+        self.build(&config)?;
         self.binning = binning;
         Ok(())
     }
@@ -185,7 +197,7 @@ impl Engine for Mapper {
     fn reset(&mut self) {
         if let Some(config) = self.pipeline.as_ref().map(|pipeline| *pipeline.config()) {
             // It was good before.
-            let _ = self.build(config);
+            let _ = self.build(&config);
         }
     }
 

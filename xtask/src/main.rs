@@ -1,5 +1,6 @@
 //! `cargo xtask`: everything that is more than one cargo command. Each task does its own set-up.
 mod demo;
+mod firmware;
 mod setup;
 mod shell;
 mod test;
@@ -23,6 +24,8 @@ enum Task {
     Test,
     /// The page: build it into web/dist, test it, or serve it to this machine
     Web(web::Options),
+    /// The co-processor: start it in QEMU, test both boards against the host, or show its size
+    Firmware(firmware::Options),
 }
 
 fn main() -> anyhow::Result<()> {
@@ -30,5 +33,6 @@ fn main() -> anyhow::Result<()> {
         Task::Demo(options) => demo::run(&options),
         Task::Test => test::run(),
         Task::Web(options) => web::run(&options),
+        Task::Firmware(options) => firmware::run(&options),
     }
 }

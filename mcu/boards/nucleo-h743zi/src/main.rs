@@ -65,7 +65,7 @@ fn main() -> ! {
     let (mut port, mut line) = uart.split();
     let mut watchdog = IndependentWatchdog::new(peripherals.IWDG1, WATCHDOG_US);
     watchdog.unleash();
-    let device = DEVICE.write(Device::new(Mapper::new(ARRAYS)));
+    let device = device(DEVICE, ARRAYS);
     device.greet(last_run.count(), last_run.cause(), &board, &mut port);
 
     let mut bytes = [0; 64];
@@ -87,4 +87,13 @@ fn main() -> ! {
             cortex_m::peripheral::SCB::sys_reset();
         }
     }
+}
+
+/// Not inlined, so that the device's way through the stack ends before the main loop begins.
+#[inline(never)]
+fn device(
+    place: &'static mut MaybeUninit<Device<Mapper>>,
+    arrays: &'static mut Arrays,
+) -> &'static mut Device<Mapper> {
+    place.write(Device::new(Mapper::new(arrays)))
 }
