@@ -12,8 +12,8 @@ use monorange_protocol::{
     conversion::message_from_config,
     frame::{Deframer, LinkCounts, MAX_ENCODED},
     message::{
-        Answers, Ask, Cause, Configure, Corners, CostUnit, Credit, Decision, DeviceMessage, FrameBegin,
-        FrameEnd, Hello, HostMessage, Landmark, Motion, Observation, Odometry, Pose, Rows, Statistics,
+        Answers, Cause, Configure, Corners, CostUnit, Credit, Decision, DeviceMessage, FrameBegin, FrameEnd,
+        Hello, HostMessage, Landmark, Motion, Observation, Odometry, Pose, Rows, Statistics,
     },
 };
 
