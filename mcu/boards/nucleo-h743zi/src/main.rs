@@ -1,4 +1,4 @@
-//! The monorange co-processor on ST's Nucleo-H743ZI2. **Builds; has not been run on the board yet.**
+//! The monorange co-processor on ST's Nucleo-H743ZI2. **Written; neither built nor run on the board yet.**
 //!
 //! | resource | use |
 //! |---|---|
