@@ -3,7 +3,7 @@
 //! | detector | for | memory |
 //! |---|---|---|
 //! | [`BriefRows`], [`detect_brief`]: FAST-9 corners with oriented BRIEF | a microcontroller, or speed | 59 bytes a column |
-//! | [`Sift`]: blobs of any scale (feature `sift`) | a host or browser, large changes of view, precision | 67 bytes a pixel |
+//! | [`Sift`]: blobs of any scale (feature `sift`) | a host or browser, large changes of view, precision | 65 bytes a pixel |
 //!
 //! Both write [`Keypoint`]s and descriptors to slices that the caller lends, and say what had no room.
 //! [`match_descriptors`] pairs either kind of descriptor; [`match_where`] restricts it to predicted positions.
