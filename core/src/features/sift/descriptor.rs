@@ -75,7 +75,7 @@ fn histogram(planes: &Planes, level: usize, [x, y]: [f32; 2], cell: f32, turn: f
         direction_parts: [0.0; MAX_RUN],
         amounts: [0.0; MAX_RUN],
     };
-    for (row, row_weight) in (rows.first..=rows.last).zip(down) {
+    for (row, row_weight) in (rows.first..=rows.last).zip(down).step_by(2) {
         // |c·dx + s·dy| < reach and |c·dy − s·dx| < reach, solved for dx.
         let dy = row as f32 - y;
         let (from, to) = inside(c, s * dy);
