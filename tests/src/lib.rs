@@ -2,6 +2,7 @@
 //! the way to real data.
 pub mod corridor;
 pub mod slam;
+pub mod warp;
 
 use monorange_core::Real;
 use monorange_core::geometry::{Camera, Distortion, Mount, RangeFinder};

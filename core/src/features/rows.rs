@@ -106,6 +106,7 @@ impl<'a> BriefRows<'a> {
                 let direction = brief::direction(&smoothed, x);
                 let keypoint = Keypoint {
                     pixel: Vector2::new(x as f32, y as f32),
+                    var_px2: fast::VAR_PX2,
                     scale: 1.0,
                     angle: libm::atan2f(direction[1], direction[0]),
                     response: f32::from(score),

@@ -191,7 +191,7 @@ fn refine(
             return (round && response >= thresholds.contrast).then(|| Candidate {
                 x: x as f32 + offset.x,
                 y: y as f32 + offset.y,
-                level: layer as f32 + offset.z,
+                level: (layer as f32 + offset.z).clamp(0.5, INTERVALS as f32 + 0.5),
                 response: response / (UNIT * 255.0),
                 octave: 0,
             });

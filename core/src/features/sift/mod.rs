@@ -203,8 +203,10 @@ impl Sift {
                     report.truncated += 1;
                     continue;
                 };
+                let deviation = POSITION_STD * sigma * pixels;
                 *keypoint = Keypoint {
                     pixel: Vector2::new(candidate.x * pixels, candidate.y * pixels),
+                    var_px2: deviation * deviation,
                     scale: sigma * pixels,
                     angle: (if turn > 0.5 { turn - 1.0 } else { turn }) * core::f32::consts::TAU,
                     response: candidate.response,
@@ -217,6 +219,9 @@ impl Sift {
     }
 }
 
+/// Standard deviation of a keypoint's coordinates in parts of its scale: 0.04 to 0.055 on matches of real
+/// pictures warped by homographies, with noise of 3 grey levels, from scale 1 to 13 px.
+const POSITION_STD: f32 = 0.055;
 /// Larger pictures have more octaves than the layout.
 const MAX_SIDE: usize = 16_384;
 
