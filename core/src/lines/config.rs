@@ -23,6 +23,8 @@ pub struct ExtractConfig {
     pub min_vertical_length: f32,
     /// Shortest floor line, as a fraction of the height.
     pub min_floor_length: f32,
+    /// Widest profile of a floor edge, px (see [`Line::width_px`](super::Line::width_px)): the rim of a shadow is wider.
+    pub max_width_px: f32,
     /// Longest gap within a line, px.
     pub max_gap_px: f32,
     /// Farthest that a vertical line may end above its foot, px.
@@ -35,8 +37,6 @@ pub struct ExtractConfig {
     pub skirting_height: f32,
     /// A floor line of at least this length below a foot shows that the foot is on a wall; a fraction of the height.
     pub min_bound_length: f32,
-    /// Edge points straight below a foot from which on it is taken for the top of a skirting board.
-    pub max_below: f32,
     /// Least angle between the lines of a corner, rad.
     pub min_crossing: f32,
 }
@@ -49,17 +49,17 @@ impl Default for ExtractConfig {
             floor_top: 48.0 / 240.0,
             floor_spread: 60_f32.to_radians(),
             vertical_spread: 25_f32.to_radians(),
-            gravity_tolerance: 4_f32.to_radians(),
+            gravity_tolerance: 2.5_f32.to_radians(),
             direction_tolerance: 9_f32.to_radians(),
-            min_vertical_length: 0.08,
+            min_vertical_length: 0.13,
             min_floor_length: 0.06,
+            max_width_px: 1.6,
             max_gap_px: 6.0,
             reach_px: 8.0,
             floor_reach_px: 4.5,
             overshoot_px: 3.0,
             skirting_height: 0.2,
             min_bound_length: 0.1,
-            max_below: 1e6,
             min_crossing: 20_f32.to_radians(),
         }
     }
@@ -88,11 +88,13 @@ impl ExtractConfig {
             ("extract.direction_tolerance", self.direction_tolerance, 0.01, 0.8, "from 0.01 to 0.8 rad"),
             ("extract.min_vertical_length", self.min_vertical_length, 0.0, 1.0, "a fraction of the height"),
             ("extract.min_floor_length", self.min_floor_length, 0.0, 10.0, "a fraction of the height"),
+            ("extract.max_width_px", self.max_width_px, 1.0, 1e4, "from 1 to 10000 pixels"),
             ("extract.max_gap_px", self.max_gap_px, 1.0, 1e4, "from 1 to 10000 pixels"),
             ("extract.reach_px", self.reach_px, 0.0, 1e4, "from 0 to 10000 pixels"),
             ("extract.floor_reach_px", self.floor_reach_px, 0.0, 1e4, "from 0 to 10000 pixels"),
             ("extract.overshoot_px", self.overshoot_px, 0.0, 1e4, "from 0 to 10000 pixels"),
             ("extract.skirting_height", self.skirting_height, 0.0, 10.0, "from 0 to 10 metres"),
+            ("extract.min_bound_length", self.min_bound_length, 0.0, 10.0, "a fraction of the height"),
             ("extract.min_crossing", self.min_crossing, 0.05, quarter_turn, "from 0.05 rad to 90°"),
         ];
         for (name, value, least, most, expected) in checks {

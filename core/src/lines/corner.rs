@@ -25,6 +25,8 @@ const LEAST_FALL: f32 = 0.01;
 const AMBIGUOUS_PX: f32 = 14.0;
 /// An edge under a foot is looked for so far to its sides, px.
 const UNDER_PX: f32 = 4.0;
+/// So many points make an edge there.
+const SKIRTING_POINTS: usize = 3;
 /// Corners closer than this are one.
 const SAME_PX: f32 = 3.0;
 
@@ -81,11 +83,12 @@ impl CornerSearch<'_> {
         let mut pairs = Vec::<(u8, u8), MAX_LINES>::new();
         for (i, vertical) in (0_u8..).zip(&extraction.vertical_lines) {
             let crossings = self.crossings(vertical, &extraction.floor_lines);
-            let Some(foot) = self.foot(&crossings) else { continue };
+            let Some(foot) = self.foot(&crossings, &extraction.floor_lines) else { continue };
+            let Some(floor) = extraction.floor_lines.get(usize::from(foot.floor)) else { continue };
             let on_floor = self.is_lowest(foot, &extraction.floor_lines)
                 && !self.is_cut_off(foot, i, extraction)
                 && !self.continues_below(points, vertical, foot.ideal)
-                && !self.edge_below(points, foot);
+                && !self.on_skirting(points, foot, floor);
             if !on_floor {
                 continue;
             }
@@ -150,7 +153,7 @@ impl CornerSearch<'_> {
     /// floor; that is the foot, or the top of a skirting board in front of which its own edge cannot be seen. Then the
     /// foot is the lowest floor edge that leaves the end of the vertical one no higher above the floor than a
     /// skirting board.
-    fn foot<'c>(&self, crossings: &'c [Crossing]) -> Option<&'c Crossing> {
+    fn foot<'c>(&self, crossings: &'c [Crossing], floor_lines: &[Line]) -> Option<&'c Crossing> {
         let supported = |crossing: &&Crossing| crossing.gap <= self.config.floor_reach_px;
         let ends_there = |crossing: &&Crossing| crossing.below <= self.config.reach_px;
         let highest = crossings
@@ -159,10 +162,26 @@ impl CornerSearch<'_> {
             .filter(ends_there)
             .min_by(|a, b| a.below.total_cmp(&b.below))?;
         let lowest = crossings.iter().filter(|crossing| {
-            self.height_of(highest.ideal, crossing.ideal)
-                .is_some_and(|height| height <= self.config.skirting_height)
+            crossing.floor == highest.floor || self.is_skirting(highest, crossing, floor_lines)
         });
         lowest.max_by(|a, b| a.below.total_cmp(&b.below)).filter(supported)
+    }
+
+    /// Whether two floor lines can be the upper and the lower edge of one skirting board: low enough at the crossings,
+    /// and as high wherever both are seen.
+    fn is_skirting(&self, upper: &Crossing, lower: &Crossing, floor_lines: &[Line]) -> bool {
+        let line = |crossing: &Crossing| floor_lines.get(usize::from(crossing.floor));
+        let (Some(top), Some(bottom)) = (line(upper), line(lower)) else { return false };
+        let Some(height) = self.height_of(upper.ideal, lower.ideal) else { return false };
+        let slack = 0.3 * height + 0.01;
+        let as_high = top.extent.iter().all(|end| {
+            let above = top.centroid + top.along() * *end;
+            let below = bottom.at_column(above.x);
+            let beside =
+                bottom.position(below) < bottom.extent[0] || bottom.position(below) > bottom.extent[1];
+            beside || self.height_of(above, below).is_some_and(|other| (other - height).abs() <= slack)
+        });
+        as_high && height <= self.config.skirting_height
     }
 
     /// Whether another vertical edge stands between a foot and the end of its floor line: then the line ends there.
@@ -197,28 +216,27 @@ impl CornerSearch<'_> {
     fn is_lowest(&self, foot: &Crossing, floor_lines: &[Line]) -> bool {
         let least = self.config.min_bound_length * self.finder.camera().height() as f32;
         floor_lines.iter().all(|line| {
-            let along = line.along();
-            let position = (foot.ideal.x - line.centroid.x) / along.x;
-            let v = line.centroid.y + along.y * position;
+            let below = line.at_column(foot.ideal.x);
+            let position = line.position(below);
             let beside = position < line.extent[0] || position > line.extent[1];
-            line.length() < least || beside || v < foot.ideal.y + SMEARED_PX
+            line.length() < least || beside || below.y < foot.ideal.y + SMEARED_PX
         })
     }
 
-    /// Whether there are edge points close below a foot that its own line does not explain, enough of them for the
-    /// lower edge of a skirting board too short to be a line.
-    fn edge_below(&self, points: &[EdgePoint], foot: &Crossing) -> bool {
-        let count = points.iter().filter(|point| {
+    /// Whether a foot is the upper end of a dark skirting board too short for its lower edge to be a line: its own edge
+    /// is darker below, and straight under it there are points of an edge that is brighter below.
+    fn on_skirting(&self, points: &[EdgePoint], foot: &Crossing, floor: &Line) -> bool {
+        let under = points.iter().filter(|point| {
             let offset = point.position - foot.ideal;
-            let flat = (32..96).contains(&(point.direction & 127));
-            let own = point.owner & !NEAR_CORNER == FLOOR_OWNER + foot.floor && point.owner < 128;
-            let under = flat && !own && offset.x.abs() <= UNDER_PX && offset.y > 2.0;
-            under
+            let brighter_below = (32..96).contains(&point.direction);
+            let close = offset.x.abs() <= UNDER_PX && offset.y > 2.0;
+            brighter_below
+                && close
                 && self
                     .height_of(foot.ideal, point.position)
-                    .is_some_and(|height| height <= self.config.skirting_height)
+                    .is_some_and(|h| h <= self.config.skirting_height)
         });
-        (count.count() * self.sampling.stride) as f32 >= self.config.max_below
+        floor.normal.y < 0.0 && under.count() * self.sampling.stride >= SKIRTING_POINTS
     }
 
     /// Whether an edge goes on along a vertical line below its foot: then something stands before the floor's edge.

@@ -96,15 +96,26 @@ impl EdgeList {
         Self { len: 0, confirmed: 0, stride: 1, found: 0 }
     }
 
+    /// Whether thinning keeps an edge point at this pixel; counts it either way.
+    pub(super) fn wants(
+        &mut self,
+        (column, row): (usize, usize),
+        (gradient_u, gradient_v): (i32, i32),
+    ) -> bool {
+        self.found = self.found.saturating_add(1);
+        let along = if gradient_u.abs() >= gradient_v.abs() { row } else { column };
+        along & (self.stride - 1) == 0 // a power of two
+    }
+
     /// Adds the maximum `(offset, strength, curvature)` found across the edge at a pixel with this gradient.
     pub(super) fn push(
         &mut self,
         points: &mut [EdgePoint],
         (column, row): (usize, usize),
         (gradient_u, gradient_v): (i32, i32),
+        direction: u8,
         (offset, strength, curvature): (f32, f32, f32),
     ) {
-        self.found = self.found.saturating_add(1);
         let steep = gradient_u.abs() >= gradient_v.abs();
         let (u, v) = (column as f32, row as f32);
         let (gu, gv) = (gradient_u as f32, gradient_v as f32);
@@ -113,7 +124,7 @@ impl EdgeList {
         let curvature = curvature * ((gu * gu + gv * gv) / (longer * longer));
         let point = EdgePoint {
             position: if steep { Vector2::new(u + offset, v) } else { Vector2::new(u, v + offset) },
-            direction: steps_from_direction(gu, gv),
+            direction,
             strength: (strength * (2.0 / GRADIENT_SCALE) + 0.5) as u8,
             curvature: (curvature * 256.0 + 0.5) as u8,
             owner: if steep { PENDING } else { NO_OWNER },
@@ -240,7 +251,9 @@ mod tests {
         let mut list = EdgeList::new();
         for row in 0..200 {
             for column in [10, 50] {
-                list.push(&mut points, (column, row), (1000, 0), (0.25, 1000.0, 0.5));
+                if list.wants((column, row), (1000, 0)) {
+                    list.push(&mut points, (column, row), (1000, 0), 0, (0.25, 1000.0, 0.5));
+                }
             }
             list.confirm(&mut points, row, |_| true);
         }
@@ -254,10 +267,10 @@ mod tests {
     fn points_outside_the_opened_mask_go_and_flat_ones_stay() {
         let mut points = [EdgePoint::default(); 8];
         let mut list = EdgeList::new();
-        list.push(&mut points, (3, 5), (1000, 0), (0.0, 1000.0, 0.5));
-        list.push(&mut points, (4, 5), (1000, 0), (0.0, 1000.0, 0.5));
-        list.push(&mut points, (9, 5), (0, 1000), (0.4, 1000.0, 0.5));
-        list.push(&mut points, (3, 6), (1000, 0), (0.0, 1000.0, 0.5));
+        list.push(&mut points, (3, 5), (1000, 0), 0, (0.0, 1000.0, 0.5));
+        list.push(&mut points, (4, 5), (1000, 0), 0, (0.0, 1000.0, 0.5));
+        list.push(&mut points, (9, 5), (0, 1000), 64, (0.4, 1000.0, 0.5));
+        list.push(&mut points, (3, 6), (1000, 0), 0, (0.0, 1000.0, 0.5));
         list.confirm(&mut points, 5, |column| column == 4);
         let columns: Vec<f32> = points[..list.len].iter().map(|p| p.position.x).collect();
         assert_eq!(columns, [4.0, 9.0, 3.0]);

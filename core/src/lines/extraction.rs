@@ -29,6 +29,8 @@ pub struct Line {
     pub points: u16,
     /// Their root mean square distance, px.
     pub residual_px: f32,
+    /// Width of the edge's profile as a Gaussian's deviation, 1.3 px of which the smoothing makes.
+    pub width_px: f32,
 }
 
 impl Line {
@@ -56,6 +58,12 @@ impl Line {
     pub(super) fn beyond_lower_end(&self, ideal: Vector2<f32>) -> f32 {
         let beyond = self.along().dot(&(ideal - self.lower_end()));
         if self.normal.x >= 0.0 { beyond } else { -beyond }
+    }
+
+    /// Where the line, which must not be upright, crosses a column of ideal pixels.
+    pub(super) fn at_column(&self, u: f32) -> Vector2<f32> {
+        let along = self.along();
+        self.centroid + along * ((u - self.centroid.x) / along.x)
     }
 
     /// Direction of the normal in 256ths of a turn.

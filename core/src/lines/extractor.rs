@@ -289,35 +289,45 @@ where
         }
         let in_region = centre >= self.floor_top;
         let wanted = if in_region { VERTICAL | FLOOR } else { VERTICAL };
-        let mut take = |index: usize, gradient: (i32, i32), profile| {
+        let mut take = |index: usize, gradient: (i32, i32), profile: Option<Profile>| {
             let direction = steps_from_direction(gradient.0 as f32, gradient.1 as f32);
             let of_kind = self.kinds.get(usize::from(direction)).is_some_and(|kinds| kinds & wanted != 0);
-            if let Some(maximum) = of_kind.then(|| maximum(profile)).flatten() {
-                self.edges.push(points, (index + MARGIN, centre), gradient, maximum);
+            let place = (index + MARGIN, centre);
+            if !of_kind || !self.edges.wants(place, gradient) {
+                return;
+            }
+            if let Some(maximum) = profile.and_then(maximum) {
+                self.edges.push(points, place, gradient, direction, maximum);
             }
         };
-        for index in ones(opening.newest(centre)) {
-            let Some(profile) = across_columns(gradient_u, gradient_v, index) else { continue };
-            let [(before, _), at, (after, _)] = profile;
-            let peak = at.0.abs() > before.abs() && at.0.abs() >= after.abs();
-            if peak && at.0.abs() >= at.1.abs() {
-                take(index, at, profile);
+        for_each_one(opening.newest(centre), |index| {
+            // The cheap tests first: most strong pixels are beside a maximum.
+            let neighbours = index.checked_sub(1).and_then(|first| gradient_u.get(first..)?.first_chunk());
+            let (Some(&[before, at, after]), Some(&other)) = (neighbours, gradient_v.get(index)) else {
+                return;
+            };
+            let magnitude = size(at);
+            if magnitude > size(before) && magnitude >= size(after) && magnitude >= size(other) {
+                let gradient = (signed(at), signed(other));
+                take(index, gradient, across_columns(gradient_u, gradient_v, index));
             }
-        }
+        });
         if !in_region {
             return;
         }
         threshold_row(gradient_v, self.threshold, flat);
         close_row(flat);
         open_row(flat, run);
-        for index in ones(flat) {
-            let Some(profile) = across_rows(rows, index) else { continue };
-            let [(_, before), at, (_, after)] = profile;
-            let peak = at.1.abs() > before.abs() && at.1.abs() >= after.abs();
-            if peak && at.1.abs() > at.0.abs() && at.1.unsigned_abs() >= u32::from(self.threshold) {
-                take(index, at, profile);
+        let [(_, above), _, (_, below)] = rows;
+        for_each_one(flat, |index| {
+            let values = (above.get(index), gradient_v.get(index), below.get(index), gradient_u.get(index));
+            let (Some(&before), Some(&at), Some(&after), Some(&other)) = values else { return };
+            let magnitude = size(at);
+            let peak = magnitude > size(before) && magnitude >= size(after) && magnitude > size(other);
+            if peak && magnitude >= self.threshold {
+                take(index, (signed(other), signed(at)), across_rows(rows, index));
             }
-        }
+        });
     }
 
     /// The lines and corners of the edge points.
@@ -346,8 +356,9 @@ where
         }
         search.min_length = self.config.min_floor_length * height;
         search.first_owner = FLOOR_OWNER;
+        let sharp = |line: &Line| line.width_px <= self.config.max_width_px;
         for pass in floor_passes {
-            let skipped = search.run(&pass, points, words, &mut self.extraction.floor_lines, |_| true);
+            let skipped = search.run(&pass, points, words, &mut self.extraction.floor_lines, sharp);
             truncations.peaks += skipped.peaks;
             truncations.lines += skipped.lines;
         }
@@ -397,16 +408,20 @@ fn extent(lens: &LensGrid, width: usize, height: usize) -> (Vector2<f32>, f32) {
     (origin, radius)
 }
 
-/// The columns of the set bits.
-fn ones(mask: &[u32]) -> impl Iterator<Item = usize> {
-    mask.iter().enumerate().flat_map(|(k, &word)| {
+/// Calls `visit` with the columns of the set bits.
+fn for_each_one(mask: &[u32], mut visit: impl FnMut(usize)) {
+    for (k, &word) in mask.iter().enumerate() {
         let mut left = word;
-        core::iter::from_fn(move || {
-            let bit = (left != 0).then(|| left.trailing_zeros() as usize)?;
+        while left != 0 {
+            visit(32 * k + left.trailing_zeros() as usize);
             left &= left - 1;
-            Some(32 * k + bit)
-        })
-    })
+        }
+    }
+}
+
+/// The magnitude of a signed gradient.
+fn size(gradient: u16) -> u16 {
+    (gradient as i16).unsigned_abs()
 }
 
 fn signed(gradient: u16) -> i32 {
@@ -425,4 +440,123 @@ fn across_columns(gradient_u: &[u16], gradient_v: &[u16], index: usize) -> Optio
 fn across_rows(rows: [(&[u16], &[u16]); 3], index: usize) -> Option<Profile> {
     let [above, at, below] = rows.map(|(u, v)| Some((signed(*u.get(index)?), signed(*v.get(index)?))));
     Some([above?, at?, below?])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Camera, Distortion, Mount};
+    use std::{vec, vec::Vec};
+
+    type HostExtractor = Extractor<Vec<u16>, Vec<u32>, Vec<EdgePoint>>;
+
+    fn finder(width: usize, height: usize) -> RangeFinder<f32> {
+        let principal = [width as f32 / 2.0, height as f32 / 2.0];
+        let camera =
+            Camera::new(width, height, [365.0, 365.0], principal, 0.0, Distortion::default()).unwrap();
+        RangeFinder::new(camera, Mount::new([0.4, 0.0, 0.0, 0.0, 0.0, 0.0]).unwrap())
+    }
+
+    fn extractor(width: usize, height: usize, points: usize) -> HostExtractor {
+        let words = vec![0; row_words(width, height).max(2 * points)];
+        let points = vec![EdgePoint::default(); points];
+        let masks = vec![0; mask_words(width)];
+        Extractor::new(ExtractConfig::default(), finder(width, height), words, masks, points).unwrap()
+    }
+
+    fn extract(width: usize, height: usize, pixel: impl FnMut(usize) -> u8) -> Extraction {
+        let pixels: Vec<u8> = (0..width * height).map(pixel).collect();
+        let mut extractor = extractor(width, height, point_count(width, height));
+        extractor.extract(Grey::new(&pixels, width, height).unwrap()).unwrap().clone()
+    }
+
+    #[test]
+    fn the_extractor_of_a_quarter_vga_camera_fits_48_kib() {
+        type Small =
+            Extractor<[u16; row_words(320, 240)], [u32; mask_words(320)], [EdgePoint; point_count(320, 240)]>;
+        assert!(size_of::<Small>() <= 48 * 1024, "{} bytes", size_of::<Small>());
+    }
+
+    #[test]
+    fn pictures_without_texture_give_nothing_at_any_size() {
+        for (width, height) in [(1, 1), (1, 300), (8, 8), (9, 9), (10_000, 12), (12, 1000), (33, 17)] {
+            for level in [0, 255] {
+                let found = extract(width, height, |_| level);
+                assert!(found.corners.is_empty() && found.edge_points == 0, "{width}×{height}");
+                assert!(!found.truncations.any());
+            }
+        }
+    }
+
+    #[test]
+    fn white_noise_is_truncated_with_a_report() {
+        let mut state = 7_u32;
+        let found = extract(320, 240, |_| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 24) as u8
+        });
+        assert!(found.truncations.edge_stride > 1 && found.truncations.any());
+        assert!(found.edge_points > 1536);
+    }
+
+    #[test]
+    fn wide_pictures_are_searched_to_their_ends() {
+        let (width, height) = (10_000, 60);
+        let found = extract(width, height, |k| match (k / width, k % width) {
+            (36.., _) => 60,
+            (_, 9_960..) => 200,
+            _ => 130,
+        });
+        assert!(found.floor_lines.iter().any(|line| line.length() > 5_000.0));
+        let corner = found.corners.iter().find(|corner| (corner.pixel.x - 9_959.5).abs() < 0.2).unwrap();
+        assert!((corner.pixel.y - 35.5).abs() < 0.2, "{corner:?}");
+    }
+
+    #[test]
+    fn lines_beyond_the_capacity_are_counted() {
+        // 40 stripes of 8 px: 80 upright edges for 32 places.
+        let found = extract(640, 100, |k| if k % 640 / 8 % 2 == 0 { 60 } else { 160 });
+        assert_eq!(found.vertical_lines.len(), 32);
+        assert!(found.truncations.lines > 0 || found.truncations.peaks > 0, "{:?}", found.truncations);
+    }
+
+    #[test]
+    fn rows_must_fit_and_be_complete() {
+        let mut extractor = extractor(20, 20, 64);
+        assert_eq!(extractor.push_row(&[0; 19]), Err(Error::Size { name: "row", got: 19, expected: 20 }));
+        assert!(matches!(extractor.finish(), Err(Error::Size { name: "rows", got: 0, expected: 20 })));
+        (0..20).for_each(|_| extractor.push_row(&[0; 20]).unwrap());
+        assert!(extractor.finish().is_ok());
+        assert!(extractor.push_row(&[0; 20]).is_err());
+        extractor.begin();
+        assert!(extractor.push_row(&[0; 20]).is_ok());
+    }
+
+    #[test]
+    fn too_little_memory_is_an_error() {
+        let with = |words: usize, masks: usize, points: usize| {
+            let points = vec![EdgePoint::default(); points];
+            Extractor::new(ExtractConfig::default(), finder(64, 48), vec![0; words], vec![0; masks], points)
+                .err()
+        };
+        assert_eq!(with(row_words(64, 48), mask_words(64), 64), None);
+        let name = |error: Option<Error>| match error {
+            Some(Error::Size { name, .. }) => name,
+            other => panic!("{other:?}"),
+        };
+        assert_eq!(name(with(16 * 64 - 1, mask_words(64), 64)), "extractor.words");
+        assert_eq!(name(with(row_words(64, 48), 3, 64)), "extractor.masks");
+        assert_eq!(name(with(row_words(64, 48), mask_words(64), 0)), "extractor.points");
+    }
+
+    #[test]
+    fn the_same_picture_gives_the_same_bits_again() {
+        let picture =
+            |k: usize| ((k % 160) * 3 + (k / 160) * (k % 7) + if k % 160 > 70 { 90 } else { 0 }) as u8;
+        let pixels: Vec<u8> = (0..160 * 120).map(picture).collect();
+        let grey = Grey::new(&pixels, 160, 120).unwrap();
+        let mut extractor = extractor(160, 120, point_count(160, 120));
+        let first = extractor.extract(grey).unwrap().clone();
+        assert_eq!(*extractor.extract(grey).unwrap(), first);
+    }
 }

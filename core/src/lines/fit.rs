@@ -101,5 +101,6 @@ pub(super) fn fit<'a>(
         var_angle: variance / along,
         points: count,
         residual_px: libm::sqrtf(across / total),
+        width_px: libm::sqrtf(1.0 / curvature),
     })
 }

@@ -97,13 +97,14 @@ impl Search<'_> {
     ) -> Option<(Line, &'m [u16])> {
         let normal = self.turn.get(usize::from(peak.direction)).copied().unwrap_or_default();
         let mut line = Line { normal, centroid: self.origin + normal * peak.rho, ..Default::default() };
-        let tolerance = self.config.direction_tolerance * (128.0 / core::f32::consts::PI) + 1.0;
+        let tolerance = (self.config.direction_tolerance * (128.0 / core::f32::consts::PI)) as u8 + 1;
         let mut run = 0..0;
         for (gate, slack) in GATES_PX.into_iter().zip([cell, 0.0, 0.0, 0.0]) {
             let direction = line.direction();
+            let (width, level) = (gate + slack, line.normal.dot(&line.centroid));
             let count = gather(points, all, members, |point| {
-                let turn = point.direction.wrapping_sub(direction) as i8;
-                f32::from(turn).abs() <= tolerance && line.distance(point.position).abs() <= gate + slack
+                let turned = (point.direction.wrapping_sub(direction) as i8).unsigned_abs();
+                turned <= tolerance && (line.normal.dot(&point.position) - level).abs() <= width
             });
             if (count as f32) < self.least_points() {
                 return None;
