@@ -59,6 +59,42 @@ fn pack(flags: &[u8; 32]) -> u32 {
     })
 }
 
+/// Clears the bits of the pixels whose magnitude is not above `before`'s, not at least `after`'s, or below `other`'s:
+/// what stays are the maxima across an edge along its dominant axis. Bit k belongs to value k of `at` and `other`, and
+/// to value k + shift of the rows `before` and `after` that come with a shift; pixels without both are cleared.
+pub fn keep_maxima(
+    before: (&[u16], isize),
+    at: &[u16],
+    after: (&[u16], isize),
+    other: &[u16],
+    mask: &mut [u32],
+) {
+    let magnitude = |g: u16| (g as i16).wrapping_abs();
+    let chunk = |row: &[u16], start: isize| {
+        let mut values = [u16::MAX >> 1; 32]; // no neighbour: larger than any gradient
+        let skipped = start.min(0).unsigned_abs();
+        let row = row.get(start.max(0).unsigned_abs()..).unwrap_or_default();
+        if let Some(values) = values.get_mut(skipped..) {
+            values.iter_mut().zip(row).for_each(|(value, g)| *value = *g);
+        }
+        values
+    };
+    for (start, word) in (0_isize..).step_by(32).zip(mask).filter(|(_, word)| **word != 0) {
+        let (middle, other) = (chunk(at, start), chunk(other, start));
+        let (before, after) = (chunk(before.0, start + before.1), chunk(after.0, start + after.1));
+        let mut flags = [0_u8; 32];
+        for ((((flag, at), before), after), other) in
+            flags.iter_mut().zip(middle).zip(before).zip(after).zip(other)
+        {
+            let size = magnitude(at);
+            *flag = u8::from(size > magnitude(before))
+                & u8::from(size >= magnitude(after))
+                & u8::from(size >= magnitude(other));
+        }
+        *word &= pack(&flags);
+    }
+}
+
 /// Fills gaps of one pixel along the row.
 pub fn close_row(mask: &mut [u32]) {
     let mut left = 0; // the word before, as it was
@@ -157,6 +193,20 @@ mod tests {
             "#.#..##...............#.......#.#.#..#",
             "###..##...............#.......#####..#",
         );
+    }
+
+    #[test]
+    fn maxima_along_a_row_stay_and_borders_go() {
+        let row: Vec<u16> = [9_i16, 1, 5, -7, 2, 8, 8, 3, 9].map(|g| g as u16).into();
+        let other = [0, 0, 0, 0, 0, 9, 0, 0, 0];
+        let mut mask = [u32::MAX];
+        keep_maxima((&row, -1), &row, (&row, 1), &other, &mut mask);
+        assert_eq!(picture_from(&mask, 9), "...#.....");
+        keep_maxima((&row, -1), &row, (&row, 1), &[0; 9], &mut mask);
+        assert_eq!(picture_from(&mask, 9), "...#.....");
+        let mut mask = [u32::MAX];
+        keep_maxima((&row, -1), &row, (&row, 1), &[0; 9], &mut mask);
+        assert_eq!(picture_from(&mask, 9), "...#.#...", "the first of two equals");
     }
 
     #[test]

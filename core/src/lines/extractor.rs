@@ -8,8 +8,8 @@ use super::lens::LensGrid;
 use super::search::Search;
 use crate::geometry::RangeFinder;
 use crate::image::{
-    GRADIENT_SCALE, GradientRows, Grey, LINE_BUFFERS, MARGIN, NoiseLevel, OpeningRows, close_row, mask_bit,
-    mask_len, open_row, threshold_row,
+    GRADIENT_SCALE, GradientRows, Grey, LINE_BUFFERS, MARGIN, NoiseLevel, OpeningRows, close_row,
+    keep_maxima, mask_bit, mask_len, open_row, threshold_row,
 };
 use crate::{Error, Result};
 use nalgebra::Vector2;
@@ -264,11 +264,11 @@ where
         let width = self.finder.camera().width();
         let newest = centre + MARGIN + 1;
         let run = self.config.opening;
-        let (masks, flat) = self.masks.as_mut().split_at_mut(OpeningRows::words(width));
-        let (Some(rows), Some(mut opening), Some(flat)) = (
+        let (masks, maxima) = self.masks.as_mut().split_at_mut(OpeningRows::words(width));
+        let (Some(rows), Some(mut opening), Some(maxima)) = (
             GradientRows::new(self.words.as_mut(), width),
             OpeningRows::new(masks, width, run),
-            flat.get_mut(..mask_len(width)),
+            maxima.get_mut(..mask_len(width)),
         ) else {
             return;
         };
@@ -289,43 +289,39 @@ where
         }
         let in_region = centre >= self.floor_top;
         let wanted = if in_region { VERTICAL | FLOOR } else { VERTICAL };
-        let mut take = |index: usize, gradient: (i32, i32), profile: Option<Profile>| {
+        let mut take = |index: usize, profile: Profile| {
+            let [_, gradient, _] = profile;
             let direction = steps_from_direction(gradient.0 as f32, gradient.1 as f32);
             let of_kind = self.kinds.get(usize::from(direction)).is_some_and(|kinds| kinds & wanted != 0);
             let place = (index + MARGIN, centre);
             if !of_kind || !self.edges.wants(place, gradient) {
                 return;
             }
-            if let Some(maximum) = profile.and_then(maximum) {
+            if let Some(maximum) = maximum(profile) {
                 self.edges.push(points, place, gradient, direction, maximum);
             }
         };
-        for_each_one(opening.newest(centre), |index| {
-            // The cheap tests first: most strong pixels are beside a maximum.
-            let neighbours = index.checked_sub(1).and_then(|first| gradient_u.get(first..)?.first_chunk());
-            let (Some(&[before, at, after]), Some(&other)) = (neighbours, gradient_v.get(index)) else {
-                return;
-            };
-            let magnitude = size(at);
-            if magnitude > size(before) && magnitude >= size(after) && magnitude >= size(other) {
-                let gradient = (signed(at), signed(other));
-                take(index, gradient, across_columns(gradient_u, gradient_v, index));
+        maxima.copy_from_slice(opening.newest(centre));
+        keep_maxima((gradient_u, -1), gradient_u, (gradient_u, 1), gradient_v, maxima);
+        for_each_one(maxima, |index| {
+            if let Some(profile) = across_columns(gradient_u, gradient_v, index) {
+                take(index, profile);
             }
         });
         if !in_region {
             return;
         }
-        threshold_row(gradient_v, self.threshold, flat);
-        close_row(flat);
-        open_row(flat, run);
+        threshold_row(gradient_v, self.threshold, maxima);
+        close_row(maxima);
+        open_row(maxima, run);
         let [(_, above), _, (_, below)] = rows;
-        for_each_one(flat, |index| {
-            let values = (above.get(index), gradient_v.get(index), below.get(index), gradient_u.get(index));
-            let (Some(&before), Some(&at), Some(&after), Some(&other)) = values else { return };
-            let magnitude = size(at);
-            let peak = magnitude > size(before) && magnitude >= size(after) && magnitude > size(other);
-            if peak && magnitude >= self.threshold {
-                take(index, (signed(other), signed(at)), across_rows(rows, index));
+        keep_maxima((above, 0), gradient_v, (below, 0), gradient_u, maxima);
+        for_each_one(maxima, |index| {
+            let Some(profile) = across_rows(rows, index) else { return };
+            // Closing adds weak pixels, and the diagonal belongs to the columns.
+            let [_, (u, v), _] = profile;
+            if v.abs() > u.abs() && v.unsigned_abs() >= u32::from(self.threshold) {
+                take(index, profile);
             }
         });
     }
@@ -417,11 +413,6 @@ fn for_each_one(mask: &[u32], mut visit: impl FnMut(usize)) {
             left &= left - 1;
         }
     }
-}
-
-/// The magnitude of a signed gradient.
-fn size(gradient: u16) -> u16 {
-    (gradient as i16).unsigned_abs()
 }
 
 fn signed(gradient: u16) -> i32 {

@@ -83,7 +83,7 @@ impl Search<'_> {
     }
 
     fn least_points(&self) -> f32 {
-        (self.min_length * LEAST_DENSITY * 0.7 / self.sampling.stride as f32).max(5.0)
+        (self.min_length * LEAST_DENSITY * 0.7 / self.sampling.stride as f32).max(8.0)
     }
 
     /// The longest stretch of a line near a maximum and the indices of its points.
@@ -118,6 +118,9 @@ impl Search<'_> {
                 position,
                 self.config.max_gap_px.max(2.0 * self.sampling.stride as f32),
             );
+            if (run.len() as f32) < self.least_points() {
+                return None;
+            }
             let chosen = members.get(run.clone())?;
             let chosen = chosen.iter().filter_map(|index| points.get(usize::from(*index)));
             line = fit(chosen, line.normal, self.sampling)?;
