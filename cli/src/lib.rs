@@ -8,6 +8,7 @@
 //! | [`extraction`] | the core's extractor with memory from the heap |
 //! | [`draw`] | overlays |
 //! | [`report`] | `report.html` |
+//! | [`sensor_log`] | the filter on the log of another sensor |
 //! | [`commands`] | one module a command, and nothing else |
 //!
 //! Without the feature `command` only the formats and figures remain, for the page in the browser.
@@ -26,5 +27,6 @@ pub mod files;
 pub mod pictures;
 #[cfg(feature = "command")]
 pub mod report;
+pub mod sensor_log;
 
 pub use error::{Error, Result, nearest};

@@ -39,13 +39,22 @@ impl Odometry {
     /// When the file cannot be read, lacks a column, holds something else than finite numbers, is too short or
     /// its times do not grow.
     pub fn read(path: &Path) -> Result<Self> {
-        let table = Table::read(path)?;
+        Self::from_table(&Table::read(path)?)
+    }
+
+    /// As [`read`](Self::read), of a table at hand.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn from_table(table: &Table) -> Result<Self> {
         let increments = table.has("dx") && !table.has("v");
-        let odometry = if increments { Self::from_increments(&table)? } else { Self::from_speeds(&table)? };
+        let odometry = if increments { Self::from_increments(table)? } else { Self::from_speeds(table)? };
         if odometry.spans.is_empty() {
             let error =
                 Error::new(format!("has {} lines of odometry, at least 2 are needed", table.lines().len()));
-            return Err(error.at(path).help("give t,v,omega or t,dx,dy,dtheta over the whole sequence"));
+            return Err(error
+                .at(table.path())
+                .help("give t,v,omega or t,dx,dy,dtheta over the whole sequence"));
         }
         Ok(odometry)
     }

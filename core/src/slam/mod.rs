@@ -11,6 +11,7 @@ mod model;
 mod motion;
 mod packed;
 mod snapshot;
+mod ring;
 mod triangle;
 mod update;
 
@@ -22,5 +23,6 @@ pub use measurement::Measurement;
 pub use model::Linearised;
 pub use motion::{Increment, Integration, arc_rotation};
 pub use snapshot::{MAP_BYTES, snapshot_len};
+pub use ring::RingStart;
 pub use triangle::packed_len;
 pub use update::{Decision, Observation, Outcome};
