@@ -6,7 +6,7 @@ use monorange_core::slam::{
     Decision, Feature, Filter, FilterConfig, Health, Increment, Landmark, Map, MapConfig, Measurement,
     Observation, Outcome, RingStart, Status, Verdict, arc_rotation, states_for, storage_len,
 };
-use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 use std::collections::BTreeMap;
 
 /// Whether the log's names are used.
@@ -153,19 +153,13 @@ impl Run<'_> {
         let Settings { speed_std, slip_std, turn_std, growth, .. } = *self.settings;
         let (dt, turn) = (control.duration, control.turn_rate * control.duration);
         let way = control.velocity * dt;
-        let mean = arc_rotation(turn);
-        let d = mean * way;
-        // The errors of speeds act through the mean rotation of the arc; the turn's moves the end across it.
-        let half = Matrix2::new(0.0, -0.5, 0.5, 0.0) * d;
-        let by_speeds = Matrix2x3::new(mean.m11, mean.m12, half.x, mean.m21, mean.m22, half.y);
-        let mut jacobian = Matrix3::identity();
-        jacobian.fixed_view_mut::<2, 3>(0, 0).copy_from(&by_speeds);
+        let d = arc_rotation(turn) * way;
         let variances = Vector3::new(
             speed_std * speed_std * dt + growth[0] * growth[0] * way.norm(),
             slip_std * slip_std * dt,
             turn_std * turn_std * dt + growth[1] * growth[1] * turn.abs(),
         );
-        let covariance = jacobian * Matrix3::from_diagonal(&variances) * jacobian.transpose();
+        let covariance = Matrix3::from_diagonal(&variances);
         let increment = Increment { delta: Vector3::new(d.x, d.y, turn), covariance };
         self.time += dt;
         let filter = self.map.filter_mut();

@@ -74,15 +74,20 @@ pub struct JointResult {
     pub chosen: heapless::Vec<usize, MAX_PAIRS>,
     /// Whether the search ended before it had looked everywhere.
     pub truncated: bool,
+    /// Pairs of the best set that were left out as ambiguous.
+    pub ambiguous: usize,
 }
 
 /// The largest jointly compatible set of candidates within a budget of `nodes`.
 ///
-/// `candidates` must be sorted by measurement; `nis_per_dof` scales the gate: 1 takes the 0.99 quantile of χ².
+/// `candidates` must be sorted by measurement. A pair is left out as ambiguous when its measurement could be of
+/// another free landmark at a joint cost that is less than `ambiguity` higher (2 ln of the ratio of likelihoods): a
+/// wrong pair costs the map, a missed one only its information.
 pub fn joint_compatibility<T: Real>(
     candidates: &[Candidate<T>],
     correlated: &impl Correlated<T>,
     nodes: usize,
+    ambiguity: T,
 ) -> JointResult {
     let mut search = Search {
         candidates,
@@ -95,7 +100,10 @@ pub fn joint_compatibility<T: Real>(
         nodes,
     };
     search.descend(0, T::zero(), T::zero(), 0);
-    JointResult { truncated: search.nodes == 0, chosen: search.best }
+    let truncated = search.nodes == 0;
+    let mut chosen = search.best.clone();
+    chosen.retain(|index| !search.ambiguous(*index, ambiguity));
+    JointResult { truncated, ambiguous: search.best.len() - chosen.len(), chosen }
 }
 
 /// Rows of the factor, a block of 2 × 2 each: two scalar rows a pair.
@@ -148,6 +156,35 @@ impl<T: Real, C: Correlated<T>> Search<'_, T, C> {
         if self.path.len() + self.observations_left(from + group) >= self.best.len() {
             self.descend(from + group, nis, cost, dof);
         }
+    }
+
+    /// Whether a chosen pair's measurement could as well be of another landmark that no other measurement has.
+    fn ambiguous(&mut self, chosen: usize, margin: T) -> bool {
+        let best = self.best.clone();
+        let observation = self.candidates[chosen].observation;
+        for (index, other) in self.candidates.iter().enumerate() {
+            let taken = best.iter().any(|pair| self.candidates[*pair].landmark == other.landmark);
+            if other.observation != observation || taken {
+                continue;
+            }
+            let swapped = best.iter().map(|pair| if *pair == chosen { index } else { *pair });
+            if self.cost_of(swapped).is_some_and(|cost| cost < self.best_cost + margin) {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// The joint cost of a set, `None` where it is not jointly compatible.
+    fn cost_of(&mut self, set: impl Iterator<Item = usize>) -> Option<T> {
+        self.path.clear();
+        let (mut nis, mut cost, mut dof) = (T::zero(), T::zero(), 0);
+        for index in set {
+            let (step, log_determinant) = self.extend(index)?;
+            (nis, cost, dof) = (nis + step, cost + step + log_determinant, dof + self.candidates[index].dof);
+            self.path.push(index).ok()?;
+        }
+        (nis <= chi2_99(dof)).then_some(cost)
     }
 
     fn observations_left(&self, from: usize) -> usize {
@@ -238,7 +275,7 @@ mod tests {
         // landmark 1 (−0.1), but then measurement 1, at 1.9, has only an error of 0.9 against landmark 1 to offer.
         let candidates = [pair(0, 1, 0.01), pair(0, 0, 0.81), pair(1, 1, 0.81)];
         let line = Line { innovations: [-0.1, 0.9, 0.9, 0.0], shared: 1.0, own: 0.001 };
-        let result = joint_compatibility(&candidates, &line, 100);
+        let result = joint_compatibility(&candidates, &line, 100, 0.0);
         assert_eq!(&result.chosen[..], &[1, 2]);
         assert!(!result.truncated);
         let mut nearest = heapless::Vec::from_slice(&candidates).unwrap();
@@ -250,14 +287,14 @@ mod tests {
     fn a_pair_that_does_not_fit_the_others_is_left_out() {
         let candidates = [pair(0, 0, 0.8), pair(1, 1, 0.8), pair(2, 2, 0.8)];
         let line = Line { innovations: [0.9, 0.9, -0.9, 0.0], shared: 1.0, own: 0.001 };
-        assert_eq!(&joint_compatibility(&candidates, &line, 100).chosen[..], &[0, 1]);
+        assert_eq!(&joint_compatibility(&candidates, &line, 100, 0.0).chosen[..], &[0, 1]);
     }
 
     #[test]
     fn a_spent_budget_is_reported() {
         let candidates = [pair(0, 0, 0.8), pair(1, 1, 0.8), pair(2, 2, 0.8)];
         let line = Line { innovations: [0.9, 0.9, -0.9, 0.0], shared: 1.0, own: 0.001 };
-        let result = joint_compatibility(&candidates, &line, 2);
+        let result = joint_compatibility(&candidates, &line, 2, 0.0);
         assert!(result.truncated);
         assert_eq!(&result.chosen[..], &[0, 1]);
     }

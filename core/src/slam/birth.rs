@@ -83,6 +83,9 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                     by_mount: by_measurement * by_mount,
                 })
             }
+            Measurement::Point { point, covariance } => {
+                Ok(Seed { point: *point, covariance: *covariance, by_mount: Matrix2x4::zeros() })
+            }
             Measurement::Pixel { pixel, covariance } => {
                 let (name, value, expected) = ("measurement.pixel", pixel.y.to_f64(), "a pixel of the floor");
                 let error = Error::OutOfRange { name, value, expected };
@@ -288,8 +291,8 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
 
     /// Where a measurement's landmark would lie, for passing over landmarks that are far from it.
     pub(super) fn nearby(&self, measurement: &Measurement<T>) -> Option<Nearby<T>> {
-        let plain =
-            self.config.mount_std.is_none() && matches!(measurement, Measurement::RangeBearing { .. });
+        let plain = self.config.mount_std.is_none()
+            && matches!(measurement, Measurement::RangeBearing { .. } | Measurement::Point { .. });
         if !plain {
             return None;
         }

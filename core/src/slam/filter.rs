@@ -1,7 +1,8 @@
 //! The filter's state, its configuration, and the prediction.
 use super::factored;
 use super::landmark::{Form, Landmark};
-use super::model::{Relative, Row, Rows};
+use super::measurement::Measurement;
+use super::model::{Linearised, Relative, Row, Rows, linearise};
 use super::motion::Increment;
 use super::packed;
 use super::triangle::{Triangle, TriangleRef, packed_len};
@@ -50,6 +51,9 @@ pub struct FilterConfig<T> {
     pub mount_std: Option<[T; 4]>,
     /// (range, standard deviation) in metres of a landmark seen by its bearing alone.
     pub range_prior: (T, T),
+    /// Whether the invariant filter takes range and bearing as a position in the robot's frame, where its errors are
+    /// linear. The other filters take them as they are, as the paper does.
+    pub polar_as_point: bool,
     /// Linearity index below which an inverse-distance landmark becomes a point.
     pub linearity: T,
 }
@@ -64,6 +68,7 @@ impl<T: Real> Default for FilterConfig<T> {
             finder: None,
             mount_std: None,
             range_prior: (T::lit(4.0), T::lit(4.0)),
+            polar_as_point: true,
             linearity: T::lit(0.1),
         }
     }
@@ -435,12 +440,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         (cos, sin)
     }
 
-    /// The landmark as the robot sees it now.
-    pub(super) fn relative(&self, landmark: &Landmark<T>) -> Relative<T> {
-        self.relative_at(landmark, self.heading())
-    }
-
-    /// As [`relative`](Self::relative), with the heading's sine and cosine at hand.
+    /// The landmark as the robot sees it now; `heading` is [`heading`](Self::heading)'s.
     pub(super) fn relative_at(&self, landmark: &Landmark<T>, heading: (T, T)) -> Relative<T> {
         let at = landmark.offset;
         let offset = Vector2::new(self.difference(at, 0), self.difference(at + 1, 1));
@@ -448,16 +448,29 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         Relative { heading, offset, ray: inverse.then(|| (self.x(at + 2), self.x(at + 3))) }
     }
 
+    /// The measurement of a landmark, linearised about the present state.
+    pub(super) fn linearise(
+        &self,
+        landmark: &Landmark<T>,
+        heading: (T, T),
+        measurement: &Measurement<T>,
+        finder: Option<&RangeFinder<T>>,
+    ) -> Option<Linearised<T>> {
+        let now = self.relative_at(landmark, heading);
+        let as_point = self.config.polar_as_point && self.config.variant == Variant::Invariant;
+        if self.config.variant == Variant::FirstEstimates {
+            return linearise(measurement, &now, &self.reference(landmark), finder, as_point);
+        }
+        linearise(measurement, &now, &now, finder, as_point)
+    }
+
     /// Landmarks there is room for.
     pub fn room(&self) -> usize {
         self.landmarks.as_ref().len()
     }
 
-    /// The landmark as seen where Jacobians are taken.
-    pub(super) fn reference(&self, landmark: &Landmark<T>) -> Relative<T> {
-        if self.config.variant != Variant::FirstEstimates {
-            return self.relative(landmark);
-        }
+    /// The landmark as seen at the first estimates.
+    fn reference(&self, landmark: &Landmark<T>) -> Relative<T> {
         let [x, y, heading] = self.first_pose;
         let (sin, cos) = heading.sin_cos();
         let at = landmark.offset;

@@ -16,7 +16,7 @@ use super::filter::Filter;
 use super::health::Health;
 use super::landmark::{Form, Landmark, Status};
 use super::measurement::Measurement;
-use super::model::{Linearised, Row, Rows, linearise};
+use super::model::{Linearised, Row, Rows};
 use super::packed;
 use super::update::{Absorbed, Decision, Outcome, Pending};
 use crate::association::{
@@ -73,6 +73,8 @@ pub struct MapConfig<T> {
     pub view: View<T>,
     /// Nodes of the joint search.
     pub joint_nodes: usize,
+    /// A pair is left out when another landmark is less than this much dearer: 2 ln of the ratio of likelihoods.
+    pub ambiguity: T,
 }
 
 impl<T: Real> Default for MapConfig<T> {
@@ -89,6 +91,7 @@ impl<T: Real> Default for MapConfig<T> {
             merge_missed: 3,
             view: View { near: T::zero(), far: T::lit(5.0), half_angle: T::pi() },
             joint_nodes: 256,
+            ambiguity: T::lit(6.0),
         }
     }
 }
@@ -169,6 +172,8 @@ pub struct MapReport {
     pub merged: u32,
     /// Births that found no room.
     pub no_room: u32,
+    /// Measurements left out because they could be of several landmarks.
+    pub ambiguous: u32,
     /// Pairs beyond the capacity of candidates, which were not considered.
     pub candidates_dropped: u32,
     /// Whether the joint search ran out of nodes.
@@ -366,8 +371,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         finder: Option<&RangeFinder<T>>,
     ) -> Option<Linearised<T>> {
         let landmark = self.filter.landmarks().get(slot)?;
-        let (now, at) = (self.filter.relative(landmark), self.filter.reference(landmark));
-        linearise(measurement, &now, &at, finder)
+        self.filter.linearise(landmark, self.filter.heading(), measurement, finder)
     }
 
     /// Lists the landmarks a measurement may be of; one that lies in no landmark's gate but within the birth
@@ -408,8 +412,9 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             if !named && nearby.as_ref().is_some_and(far) {
                 continue;
             }
-            let at = self.filter.reference(landmark);
-            let Some(linear) = linearise(&feature.measurement, &now, &at, finder) else { continue };
+            let Some(linear) = self.filter.linearise(landmark, heading, &feature.measurement, finder) else {
+                continue;
+            };
             let rows = linear.rows(landmark.offset, landmark.form, self.filter.config().mount_std.is_some());
             let at = |row, column| self.filter.covariance_at(row, column);
             let total = packed::cross(at, &rows, &rows) + linear.noise;
@@ -483,7 +488,9 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         }
         let covariance_at = |row, column| self.filter.covariance_at(row, column);
         let correlated = Pairs { pairs: &pairs, covariance_at };
-        let result = joint_compatibility(candidates, &correlated, self.config.joint_nodes);
+        let result =
+            joint_compatibility(candidates, &correlated, self.config.joint_nodes, self.config.ambiguity);
+        report.ambiguous += result.ambiguous as u32;
         report.search_truncated |= result.truncated;
         result.chosen.iter().filter_map(|index| candidates.get(*index).copied()).collect()
     }

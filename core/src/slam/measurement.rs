@@ -18,6 +18,13 @@ pub enum Measurement<T> {
         /// [`Sighting::by_mount`](crate::geometry::Sighting); used when the filter estimates the mount.
         by_mount: Option<Matrix2x4<T>>,
     },
+    /// A position in the robot's frame, from a sensor that measures positions.
+    Point {
+        /// (forward, left) in metres.
+        point: Vector2<T>,
+        /// m².
+        covariance: Matrix2<T>,
+    },
     /// A direction alone.
     Bearing {
         /// Radians.
@@ -55,7 +62,7 @@ impl<T: Real> Measurement<T> {
     /// Degrees of freedom of the measurement: 2, or 1 for a bearing or a range alone.
     pub fn dof(&self) -> usize {
         match self {
-            Self::RangeBearing { .. } | Self::Pixel { .. } => 2,
+            Self::RangeBearing { .. } | Self::Point { .. } | Self::Pixel { .. } => 2,
             Self::Bearing { .. } | Self::Range { .. } => 1,
         }
     }
@@ -75,6 +82,10 @@ impl<T: Real> Measurement<T> {
                     .iter()
                     .flat_map(|jacobian| jacobian.iter())
                     .try_for_each(|value| check_finite(*value, "measurement.by_mount"))
+            }
+            Self::Point { point, covariance } => {
+                point.iter().try_for_each(|value| check_finite(*value, "measurement.point"))?;
+                check_covariance(covariance)
             }
             Self::Bearing { bearing, variance, range_prior } => {
                 check_finite(*bearing, "measurement.bearing")?;

@@ -10,8 +10,8 @@ mod measurement;
 mod model;
 mod motion;
 mod packed;
-mod snapshot;
 mod ring;
+mod snapshot;
 mod triangle;
 mod update;
 
@@ -22,7 +22,7 @@ pub use map::{Feature, Hint, MAX_FEATURES, Map, MapConfig, MapReport, Pairing, V
 pub use measurement::Measurement;
 pub use model::Linearised;
 pub use motion::{Increment, Integration, arc_rotation};
-pub use snapshot::{MAP_BYTES, snapshot_len};
 pub use ring::RingStart;
+pub use snapshot::{MAP_BYTES, snapshot_len};
 pub use triangle::packed_len;
 pub use update::{Decision, Observation, Outcome};

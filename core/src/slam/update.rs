@@ -19,7 +19,7 @@ use super::factored;
 use super::filter::{BATCH, Covariance, Filter, Parts, Variant};
 use super::landmark::Landmark;
 use super::measurement::Measurement;
-use super::model::{Linearised, Row, linearise};
+use super::model::{Linearised, Row};
 use super::motion::arc_rotation;
 use super::packed;
 use crate::association::{Gate, cholesky, forward, inflation};
@@ -131,13 +131,12 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             observation.measurement.check()?;
             self.slot(observation.landmark)?;
         }
-        let finder = self.finder();
+        let (finder, heading) = (self.finder(), self.heading());
         let mut pending = Pending::default();
         for (observation, outcome) in observations.iter().zip(outcomes) {
             let slot = self.slot(observation.landmark)?;
             let landmark = self.landmarks()[slot];
-            let (now, at) = (self.relative(&landmark), self.reference(&landmark));
-            *outcome = match linearise(&observation.measurement, &now, &at, finder.as_ref()) {
+            *outcome = match self.linearise(&landmark, heading, &observation.measurement, finder.as_ref()) {
                 Some(linear) => self.absorb_landmark(slot, &linear, &mut pending),
                 None => Outcome { landmark: Some(landmark.id), ..Outcome::default() },
             };
