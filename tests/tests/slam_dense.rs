@@ -77,7 +77,13 @@ fn dense_update(x: &mut DVector<f64>, p: &mut DMatrix<f64>, seen: &[(usize, f64,
 fn predict_update_birth_and_removal_agree_with_dense_matrices() {
     for covariance in [Covariance::Packed, Covariance::Factored] {
         for variant in [Variant::Invariant, Variant::Textbook] {
-            let config = FilterConfig { variant, covariance, gate: Gate::Open, polar_as_point: false, ..FilterConfig::default() };
+            let config = FilterConfig {
+                variant,
+                covariance,
+                gate: Gate::Open,
+                polar_as_point: false,
+                ..FilterConfig::default()
+            };
             let mut filter = filter(9, config);
             let near = |filter: &TestFilter<f64>, x: &DVector<f64>, p: &DMatrix<f64>, what: &str| {
                 let (state, matrix) = dense(filter);

@@ -336,6 +336,14 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         if index < self.size { self.x(index) } else { T::zero() }
     }
 
+    /// What rounding has taken from a number of the state, which is kept beside it: their sum has twice the digits.
+    /// Zero outside.
+    pub fn rounding_at(&self, index: usize) -> T {
+        let all = self.storage.as_ref();
+        let rounding = all.get(self.capacity + index).copied().filter(|_| index < self.size);
+        rounding.unwrap_or(T::zero())
+    }
+
     /// Predicts the robot's motion up to `time` seconds: (8), (12). O(n).
     ///
     /// # Errors
