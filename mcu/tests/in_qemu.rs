@@ -173,7 +173,8 @@ impl Costs {
             *sum += u64::from(stage);
             *most = stage.max(*most);
         }
-        self.most_together = self.most_together.max(stages.iter().sum());
+        let together = stages.iter().fold(0_u32, |sum, stage| sum.saturating_add(*stage));
+        self.most_together = self.most_together.max(together);
         self.landmarks = self.landmarks.max(answer.landmarks.len());
         self.stack = statistics.stack_used;
         self.stack_size = statistics.stack_size;

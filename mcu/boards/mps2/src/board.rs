@@ -89,7 +89,14 @@ impl Board for Mps2 {
     const COST_UNIT: CostUnit = CostUnit::Instructions;
 
     fn cost(&self) -> u32 {
-        ticks().wrapping_sub(INTERRUPT_TICKS.load(Ordering::Relaxed))
+        // Once more if an interrupt came between the two: else time would run backwards.
+        loop {
+            let before = INTERRUPT_TICKS.load(Ordering::Relaxed);
+            let now = ticks();
+            if INTERRUPT_TICKS.load(Ordering::Relaxed) == before {
+                return now.wrapping_sub(before);
+            }
+        }
     }
     fn interrupt_cost(&self) -> u32 {
         INTERRUPT_TICKS.load(Ordering::Relaxed)
