@@ -133,7 +133,7 @@ pub fn config_from_message(configure: &Configure) -> Result<Config> {
         overshoot_px: extract.overshoot_px,
         skirting_height: extract.skirting_height,
         min_bound_length: extract.min_bound_length,
-        max_below: extract.max_below,
+        max_width_px: extract.max_width_px,
         min_crossing: extract.min_crossing,
         ..config.extract
     };
@@ -201,7 +201,7 @@ pub fn message_from_config(config: &Config, answers: message::Answers) -> Config
                 overshoot_px: extract.overshoot_px,
                 skirting_height: extract.skirting_height,
                 min_bound_length: extract.min_bound_length,
-                max_below: extract.max_below,
+                max_width_px: extract.max_width_px,
                 min_crossing: extract.min_crossing,
             },
         },

@@ -64,7 +64,7 @@ fn settings() -> Settings {
             overshoot_px: 3.0,
             skirting_height: 0.125,
             min_bound_length: 0.05,
-            max_below: 4.5,
+            max_width_px: 4.5,
             min_crossing: 0.35,
         },
     }

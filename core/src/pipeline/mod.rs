@@ -21,9 +21,9 @@ mod visual_motion;
 pub use config::{Config, Model, MountError};
 pub use motion_noise::{MotionNoise, Odometry};
 pub use report::{CornerReport, Report};
+pub use snapshot::state_len;
 #[cfg(feature = "alloc")]
 pub use storage::OnHeap;
-pub use snapshot::state_len;
 pub use storage::{Memory, Storage};
 #[cfg(all(feature = "alloc", feature = "sift"))]
 pub use visual_motion::{VisualConfig, VisualMotion, VisualStep};

@@ -172,8 +172,8 @@ pub struct ExtractSettings {
     pub skirting_height: f32,
     /// Fraction of the height.
     pub min_bound_length: f32,
-    /// Edge points.
-    pub max_below: f32,
+    /// px.
+    pub max_width_px: f32,
     /// rad.
     pub min_crossing: f32,
 }
