@@ -29,8 +29,6 @@ const DIRECTIONS: usize = 8;
 const CELL_SIGMAS: f32 = 3.0;
 /// Half the square in cells, with the half cell that reaches over its edge; less, so that rounding stays inside.
 const REACH: f32 = 2.499;
-/// Rows looked at in a cell; planes as smooth as a keypoint's (σ ≥ 2) say no more in all 7 to 11.
-const ROWS_A_CELL: f32 = 3.0;
 /// Histogram strides: an extra cell on every side and two extra directions take what falls outside.
 const CELL_STRIDE: usize = DIRECTIONS + 2;
 const ROW_STRIDE: usize = CELL_STRIDE * (CELLS + 2);
@@ -77,7 +75,7 @@ fn histogram(planes: &Planes, level: usize, [x, y]: [f32; 2], cell: f32, turn: f
         direction_parts: [0.0; MAX_RUN],
         amounts: [0.0; MAX_RUN],
     };
-    for (row, row_weight) in (rows.first..=rows.last).zip(down).step_by((cell / ROWS_A_CELL) as usize) {
+    for (row, row_weight) in (rows.first..=rows.last).zip(down) {
         // |c·dx + s·dy| < reach and |c·dy − s·dx| < reach, solved for dx.
         let dy = row as f32 - y;
         let (from, to) = inside(c, s * dy);

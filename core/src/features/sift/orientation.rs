@@ -1,6 +1,6 @@
 //! The directions of a keypoint: peaks of the histogram of gradient directions round it.
 //!
-//! 36 bins; each gradient within 4.5σ, in every second row, adds its length, weighted by a Gaussian of 1.5σ, to the two bins beside
+//! 36 bins; each gradient within 4.5σ adds its length, weighted by a Gaussian of 1.5σ, to the two bins beside
 //! its direction. The histogram is smoothed twice by [1 2 1]/4, and every peak of at least 0.8 of the highest
 //! gives a keypoint of its own, placed by a parabola through the peak and its neighbours.
 //!
@@ -51,7 +51,7 @@ fn histogram(planes: &Planes, level: usize, columns: &Window, rows: &Window, sig
     let count = columns.last - columns.first + 1;
     let mut gradients = Gradients::new();
     let mut bins = [0.0; BINS + 2];
-    for (y, row_weight) in (rows.first..=rows.last).zip(down).step_by(2) {
+    for (y, row_weight) in (rows.first..=rows.last).zip(down) {
         gradients.take(planes, level, y, columns.first, count);
         for ((&turn, &length), &weight) in
             gradients.turns[..count].iter().zip(&gradients.lengths).zip(&across)

@@ -47,10 +47,10 @@ pub(super) fn exp_of_minus(t: f32) -> f32 {
 /// The whole part of a number of 0 … 2²², and what is left.
 #[inline(always)]
 pub(super) fn floor_small(value: f32) -> (u32, f32) {
-    // Beside 2²³ a float has no room for a fraction: the addition rounds, and the integer can be read off.
-    const SHIFT: f32 = 8_388_608.0;
+    // Beside 3·2²² a float has no room for a fraction: the addition rounds, and the integer can be read off.
+    const SHIFT: f32 = 12_582_912.0;
     let shifted = (value - 0.5) + SHIFT;
-    (shifted.to_bits() & 0x007f_ffff, value - (shifted - SHIFT))
+    (shifted.to_bits() & 0x003f_ffff, value - (shifted - SHIFT))
 }
 
 #[cfg(test)]
@@ -76,7 +76,7 @@ mod tests {
         }
 
         #[test]
-        fn whole_part_and_rest_make_the_number(value in 0.0_f32..300.0) {
+        fn whole_part_and_rest_make_the_number(value in prop_oneof![0.0_f32..300.0, 0.0_f32..0.6]) {
             let (whole, rest) = floor_small(value);
             prop_assert_eq!(whole as f32 + rest, value);
             prop_assert!((0.0..=1.0).contains(&rest));
