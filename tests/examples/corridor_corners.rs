@@ -68,10 +68,11 @@ fn main() {
                 let Some(place) = near(&vertices) else { continue };
                 right += 1;
                 squared += (place - pixel).norm_squared();
-                if let (Ok(seen), Ok(truth)) = (finder.sight(pixel), finder.sight(place)) {
-                    if truth.range < 3.0 {
-                        ranges.push((seen.range / truth.range - 1.0).abs());
-                    }
+                let sighted = (finder.sight(pixel), finder.sight(place));
+                if let (Ok(seen), Ok(truth)) = sighted
+                    && truth.range < 3.0
+                {
+                    ranges.push((seen.range / truth.range - 1.0).abs());
                 }
             }
             visible += landmarks.len();

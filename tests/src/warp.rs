@@ -28,7 +28,7 @@ impl Photo {
         for n in 0..width * height / 120 {
             let size = 1.5 * (20.0_f64).powf(1.0 - n as f64 * 120.0 / (width * height) as f64);
             let centre = Vector2::new(random.uniform(0.0, width as f64), random.uniform(0.0, height as f64));
-            let (angle, long) = (random.uniform(0.0, 3.14), random.uniform(1.0, 3.0));
+            let (angle, long) = (random.uniform(0.0, core::f64::consts::PI), random.uniform(1.0, 3.0));
             let (c, s) = (angle.cos(), angle.sin());
             let (level, round) = (random.uniform(10.0, 245.0), random.uniform(0.0, 1.0) < 0.5);
             let reach = size * long * 1.5 + 2.0;
