@@ -6,7 +6,7 @@ use anyhow::Result;
 #[derive(clap::Args)]
 pub(crate) struct Options {
     /// Pictures to simulate
-    #[arg(long, default_value_t = 400)]
+    #[arg(long, default_value_t = 560)]
     frames: u32,
 }
 
