@@ -1,6 +1,8 @@
 //! The commands, one module each: its arguments, and `run`.
 pub mod evaluate;
+pub mod keypoints;
 pub mod landmarks;
+pub mod matching;
 mod progress;
 pub mod range;
 pub mod simulate;
@@ -24,6 +26,8 @@ pub struct Cli {
 enum Command {
     Range(range::Arguments),
     Landmarks(landmarks::Arguments),
+    Keypoints(keypoints::Arguments),
+    Match(matching::Arguments),
     Slam(slam::Arguments),
     Simulate(simulate::Arguments),
     Evaluate(evaluate::Arguments),
@@ -37,6 +41,8 @@ pub fn run(cli: Cli) -> Result<()> {
     match cli.command {
         Command::Range(arguments) => range::run(&arguments),
         Command::Landmarks(arguments) => landmarks::run(&arguments),
+        Command::Keypoints(arguments) => keypoints::run(&arguments),
+        Command::Match(arguments) => matching::run(&arguments),
         Command::Slam(arguments) => slam::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),

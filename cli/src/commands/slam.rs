@@ -179,10 +179,7 @@ impl<'a> Drive<'a> {
         };
         let visual = match sequence.odometry {
             Some(_) => None,
-            None => Some(
-                VisualMotion::new(VisualConfig::default(), camera.width(), camera.height())
-                    .map_err(Error::new)?,
-            ),
+            None => Some(VisualMotion::new(VisualConfig::default()).map_err(Error::new)?),
         };
         Ok(Self { sequence, rig, pipeline, visual, start, reached: start, run, shots: vec![None; SHOTS] })
     }

@@ -1,4 +1,5 @@
 use crate::Real;
+use crate::features::Keypoint;
 use nalgebra::{Matrix2, Matrix3, Vector2};
 
 /// A point of one picture and its match in another, each with the covariance of its position.
@@ -21,6 +22,12 @@ impl<T: Real> Match<T> {
     pub fn new(from: Vector2<T>, to: Vector2<T>, var_from: T, var_to: T) -> Self {
         let from_cov = Matrix2::from_diagonal_element(var_from);
         Self { from, to, from_cov, to_cov: Matrix2::from_diagonal_element(var_to) }
+    }
+
+    /// The match of two keypoints, each with its own variance.
+    pub fn of_keypoints(from: &Keypoint, to: &Keypoint) -> Self {
+        let wide = |value: f32| T::lit(f64::from(value));
+        Self::new(from.pixel.map(wide), to.pixel.map(wide), wide(from.var_px2), wide(to.var_px2))
     }
 
     /// The two variances, averaged over the directions.

@@ -117,7 +117,8 @@ pub(super) fn refine<T: Real, M: Family<T, P>, const P: usize>(
         let (lowest, highest) = (T::lit(0.05), T::lit(0.98));
         mixture.share = (sums.mass / count).max(lowest).min(highest);
         if effort.scale_noise {
-            mixture.variance_factor *= variance_factor::<T, P>(&sums);
+            let factor = mixture.variance_factor * variance_factor::<T, P>(&sums);
+            mixture.variance_factor = factor.max(T::lit(0.01)).min(T::lit(100.0));
         }
         let settled = (before.variance_factor / mixture.variance_factor - T::one()).abs() < T::lit(0.01);
         stale = !settled || (before.share - mixture.share).abs() > T::lit(0.05);

@@ -6,10 +6,7 @@
 //!
 //! Memory grows with the picture (about 65 bytes a pixel), so this is for hosts and browsers: features `alloc` and
 //! `sift`. The equations are those of [`homography`](crate::homography).
-use crate::features::{
-    Candidate, Keypoint, Match as Pair, MatchConfig, Nearest, Sift, SiftConfig, SiftDescriptor, SiftWork,
-    match_descriptors, sift_samples_len,
-};
+use crate::features::{Detector, FeatureKind, Features, MatchConfig, SiftConfig};
 use crate::geometry::RangeFinder;
 use crate::homography::{Match, OdometryConfig, Track, VisualOdometry};
 use crate::image::Grey;
@@ -25,7 +22,7 @@ pub struct VisualConfig {
     /// How a step follows from matches.
     pub odometry: OdometryConfig<f32>,
     /// Which keypoints.
-    pub sift: SiftConfig,
+    pub features: FeatureKind,
     /// Which pairs.
     pub matching: MatchConfig,
     /// Standard deviation of a keypoint, px.
@@ -41,7 +38,11 @@ impl Default for VisualConfig {
                 turn_acceleration_std: acceleration,
                 ..OdometryConfig::default()
             },
-            sift: SiftConfig { doubled: false, contrast: 0.02, ..SiftConfig::default() },
+            features: FeatureKind::Sift(SiftConfig {
+                doubled: false,
+                contrast: 0.02,
+                ..SiftConfig::default()
+            }),
             matching: MatchConfig::default(),
             keypoint_std_px: 0.3,
         }
@@ -59,30 +60,22 @@ pub struct VisualStep {
     pub matches: usize,
 }
 
-#[derive(Clone, Debug, Default)]
-struct Features {
-    keypoints: Vec<Keypoint>,
-    descriptors: Vec<SiftDescriptor>,
-}
-
 /// Keyframe, last velocity and working memory.
 #[derive(Clone, Debug)]
 pub struct VisualMotion {
     config: VisualConfig,
-    sift: Sift,
+    detector: Detector,
     odometry: VisualOdometry<f32>,
-    samples: Vec<i16>,
-    candidates: Vec<Candidate>,
     keyframe: Option<Features>,
     last_time: f64,
 }
 
 impl VisualMotion {
-    /// At rest, for pictures of this size.
+    /// At rest.
     ///
     /// # Errors
     /// [`Error::OutOfRange`] for an unusable setting.
-    pub fn new(config: VisualConfig, width: usize, height: usize) -> Result<Self> {
+    pub fn new(config: VisualConfig) -> Result<Self> {
         let std = config.keypoint_std_px;
         if !(std.is_finite() && std > 0.0) {
             let expected = "a finite number above 0";
@@ -90,10 +83,8 @@ impl VisualMotion {
         }
         Ok(Self {
             config,
-            sift: Sift::new(config.sift)?,
+            detector: Detector::new(config.features)?,
             odometry: VisualOdometry::new(),
-            samples: vec![0; sift_samples_len(width, height, &config.sift)],
-            candidates: vec![Candidate::default(); (width * height / 20).max(100)],
             keyframe: None,
             last_time: 0.0,
         })
@@ -102,14 +93,14 @@ impl VisualMotion {
     /// The step from the last picture to this one, taken at `time` seconds; `None` at the first.
     ///
     /// # Errors
-    /// [`Error::Size`] for a picture larger than [`new`](Self::new) was told; [`Error::TimeBackwards`].
+    /// [`Error::Size`] for a picture of more than 16,384 pixels a side; [`Error::TimeBackwards`].
     pub fn step(
         &mut self,
         finder: &RangeFinder<f32>,
         time: f64,
         picture: Grey<'_>,
     ) -> Result<Option<VisualStep>> {
-        let seen = self.features(picture)?;
+        let seen = self.detector.detect(picture)?;
         let Some(keyframe) = &self.keyframe else {
             (self.keyframe, self.last_time) = (Some(seen), time);
             return Ok(None);
@@ -134,31 +125,12 @@ impl VisualMotion {
         }))
     }
 
-    fn features(&mut self, picture: Grey<'_>) -> Result<Features> {
-        let room = self.candidates.len() / 2;
-        let mut features =
-            Features { keypoints: vec![Keypoint::default(); room], descriptors: vec![[0; 128]; room] };
-        let mut work = SiftWork { samples: &mut self.samples, candidates: &mut self.candidates };
-        let report =
-            self.sift.detect(picture, &mut work, &mut features.keypoints, &mut features.descriptors)?;
-        features.keypoints.truncate(report.keypoints);
-        features.descriptors.truncate(report.keypoints);
-        Ok(features)
-    }
-
     fn matches(&self, keyframe: &Features, seen: &Features) -> Result<Vec<Match<f32>>> {
-        let mut work = vec![Nearest::default(); keyframe.keypoints.len() + seen.keypoints.len()];
-        let mut pairs = vec![Pair::default(); keyframe.keypoints.len().min(seen.keypoints.len())];
-        let config = &self.config.matching;
-        let report =
-            match_descriptors(&keyframe.descriptors, &seen.descriptors, config, &mut work, &mut pairs)?;
         let variance = self.config.keypoint_std_px * self.config.keypoint_std_px;
-        let pairs = pairs.iter().take(report.matches);
-        Ok(pairs
-            .filter_map(|pair| {
-                let (from, to) = (keyframe.keypoints.get(pair.first)?, seen.keypoints.get(pair.second)?);
-                Some(Match::new(from.pixel, to.pixel, variance, variance))
-            })
-            .collect())
+        let pairs = keyframe.matches(seen, &self.config.matching)?;
+        let ends = pairs
+            .iter()
+            .filter_map(|pair| Some((keyframe.keypoints.get(pair.first)?, seen.keypoints.get(pair.second)?)));
+        Ok(ends.map(|(from, to)| Match::new(from.pixel, to.pixel, variance, variance)).collect())
     }
 }
