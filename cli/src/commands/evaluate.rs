@@ -1,7 +1,7 @@
 //! `evaluate`: a trajectory and a map against the truth.
 use crate::{
     Error, Result,
-    evaluation::{Align, MapErrors, TrajectoryErrors, Truth, map_errors, trajectory_errors},
+    evaluation::{Align, MapErrors, MapPairing, TrajectoryErrors, Truth, map_errors, trajectory_errors},
     files::{read_map, read_trajectory, to_file_or_stdout},
 };
 use clap::Args;
@@ -82,7 +82,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let trajectory = trajectory_errors(&pairs, arguments.align, arguments.delta);
     let map = match (&arguments.map, &arguments.true_map) {
         (Some(map), Some(true_map)) => {
-            Some(map_errors(&read_map(map)?, &read_map(true_map)?, &trajectory.alignment, arguments.map_gate))
+            let pairing = MapPairing::Closest(arguments.map_gate);
+            Some(map_errors(&read_map(map)?, &read_map(true_map)?, &trajectory.alignment, pairing))
         }
         _ => None,
     };

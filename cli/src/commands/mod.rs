@@ -5,8 +5,10 @@ pub mod landmarks;
 pub mod matching;
 mod progress;
 pub mod range;
+mod results;
 pub mod simulate;
 pub mod slam;
+pub mod slam_log;
 
 use crate::Result;
 use clap::{Parser, Subcommand};
@@ -29,6 +31,7 @@ enum Command {
     Keypoints(keypoints::Arguments),
     Match(matching::Arguments),
     Slam(slam::Arguments),
+    SlamLog(slam_log::Arguments),
     Simulate(simulate::Arguments),
     Evaluate(evaluate::Arguments),
 }
@@ -44,6 +47,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::Keypoints(arguments) => keypoints::run(&arguments),
         Command::Match(arguments) => matching::run(&arguments),
         Command::Slam(arguments) => slam::run(&arguments),
+        Command::SlamLog(arguments) => slam_log::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
     }

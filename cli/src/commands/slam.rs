@@ -1,12 +1,12 @@
 //! `slam`: a sequence of pictures → trajectory, map, and a report about both.
 use crate::{
     Error, Result,
-    commands::progress,
+    commands::{progress, results},
     draw::{GREEN, LegendItem, Mark, ORANGE, Overlay, SKY, Shape, VERMILLION},
     evaluation::{Align, Truth, trajectory_errors},
     files::{self, Control, MapPoint, Odometry, Outputs, Rig, Stamped, Table},
     pictures::{self, Picture},
-    report::{self, Observation, Run, Shot, Stage},
+    report::{Observation, Run, Setup, Shot, Stage, Subject},
 };
 use clap::Args;
 use monorange_core::{
@@ -63,8 +63,6 @@ pub struct Arguments {
 
 /// Frames shown in the report.
 const SHOTS: usize = 6;
-/// True poses further apart than this are not interpolated between, s.
-const MAX_TRUTH_GAP: f64 = 1.0;
 
 /// Runs the command.
 ///
@@ -77,9 +75,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let mut drive = Drive::new(arguments, &rig, &sequence)?;
     drive.all_frames()?;
     let run = drive.finish(arguments)?;
-    write(&mut outputs, &run)?;
+    results::write(&mut outputs, &run)?;
     outputs.commit()?;
-    print(&run, arguments)
+    results::print(&run, &arguments.out, arguments.json)
 }
 
 /// The inputs, checked against each other.
@@ -138,7 +136,7 @@ struct Drive<'a> {
     /// Time of the first frame: the pipeline's clock begins there.
     start: f64,
     reached: f64,
-    run: Run<'a>,
+    run: Run,
     /// The best frame of every part of the drive, with its number of corners.
     shots: Vec<Option<(usize, Shot)>>,
 }
@@ -159,12 +157,15 @@ impl<'a> Drive<'a> {
         let run = Run {
             title: names.into_iter().rev().collect::<Vec<_>>().join("/"),
             command: std::env::args().collect::<Vec<_>>().join(" "),
-            rig,
+            subject: Subject::FloorCorners,
+            setup: Setup::of_rig(rig),
             frames: sequence.images.len(),
+            frames_used: 0,
             left_out: Vec::new(),
             trajectory: Vec::new(),
             pairs: Vec::new(),
             errors: None,
+            map_errors: None,
             map: Vec::new(),
             true_map: Vec::new(),
             laser: Vec::new(),
@@ -257,15 +258,16 @@ impl<'a> Drive<'a> {
     fn note(&mut self, frame: usize, time: f64, report: &Report) {
         let Pose { x, y, heading } = report.pose;
         let pose = Pose { x: x.into(), y: y.into(), heading: heading.into() };
+        self.run.frames_used += 1;
         self.run.trajectory.push(Stamped { time, pose, covariance: Some(report.pose_covariance.cast()) });
         self.run.without_range += report.without_range;
         self.run.no_room += report.map.no_room;
         self.run.observations.extend(report.corners.iter().map(|corner| Observation {
             time,
             frame,
-            pixel: corner.pixel,
-            range: corner.range,
-            bearing: corner.bearing,
+            pixel: Some(corner.pixel),
+            range: Some(corner.range),
+            bearing: Some(corner.bearing),
             landmark: corner.outcome.landmark,
             decision: corner.outcome.decision.as_str(),
             nis: corner.outcome.nis,
@@ -298,7 +300,7 @@ impl<'a> Drive<'a> {
         Ok(())
     }
 
-    fn finish(mut self, arguments: &Arguments) -> Result<Run<'a>> {
+    fn finish(mut self, arguments: &Arguments) -> Result<Run> {
         let filter = self.pipeline.filter();
         let confirmed = filter.landmarks().iter().filter(|landmark| landmark.status == Status::Confirmed);
         self.run.map = confirmed
@@ -318,14 +320,10 @@ impl<'a> Drive<'a> {
         };
         self.run.mean_nis = self.pipeline.health().mean_nis();
         self.run.shots = self.shots.into_iter().flatten().map(|(_, shot)| shot).collect();
-        let truth = Truth::new(&self.sequence.truth, MAX_TRUTH_GAP);
+        let truth = Truth::new(&self.sequence.truth, results::MAX_TRUTH_GAP);
         let map_from_world = match &arguments.truth {
             None => Pose::default(),
-            Some(path) => truth.at(self.start).map(|pose| pose.inverse()).ok_or_else(|| {
-                Error::new(format!("has no pose at the first frame's time, {} s", self.start))
-                    .at(path)
-                    .help("give the truth on the frames' clock, from the first frame on")
-            })?,
+            Some(path) => results::map_from_world(&truth, self.start).map_err(|error| error.at(path))?,
         };
         let move_points = |path: Option<PathBuf>| -> Result<Vec<Vector2<f64>>> {
             let Some(path) = path else { return Ok(Vec::new()) };
@@ -385,66 +383,4 @@ fn marks(report: &Report) -> Vec<Mark> {
         }
     };
     corners.iter().map(mark).collect()
-}
-
-fn write(outputs: &mut Outputs, run: &Run<'_>) -> Result<()> {
-    outputs.write("trajectory.tum", |out| files::write_tum(out, &run.trajectory))?;
-    outputs.write("trajectory.csv", |out| files::write_trajectory(out, &run.trajectory))?;
-    outputs.write("map.csv", |out| files::write_map(out, &run.map))?;
-    outputs.write("map.ply", |out| files::write_ply(out, &run.map))?;
-    outputs.write("observations.csv", |out| {
-        writeln!(out, "t,frame,u,v,range,bearing,landmark,decision,nis")?;
-        run.observations.iter().try_for_each(|seen| {
-            let Observation { time, frame, pixel, range, bearing, landmark, decision, nis } = seen;
-            let landmark = landmark.map_or(String::new(), |id| id.to_string());
-            let nis = nis.map_or(String::new(), |nis| nis.to_string());
-            writeln!(
-                out,
-                "{time},{frame},{},{},{range},{bearing},{landmark},{decision},{nis}",
-                pixel.x, pixel.y
-            )
-        })
-    })?;
-    let json = serde_json::to_string_pretty(&run.summary()).map_err(Error::new)?;
-    outputs.write("report.json", |out| writeln!(out, "{json}"))?;
-    outputs.write("report.html", |out| out.write_all(report::page(run).as_bytes()))
-}
-
-fn print(run: &Run<'_>, arguments: &Arguments) -> Result<()> {
-    let json = serde_json::to_string_pretty(&run.summary()).map_err(Error::new)?;
-    files::to_file_or_stdout(None, |out| {
-        if arguments.json {
-            return writeln!(out, "{json}");
-        }
-        let [x, y, heading] = run.end_std();
-        writeln!(
-            out,
-            "{}: {} of {} frames used, {}",
-            run.title,
-            run.trajectory.len(),
-            run.frames,
-            run.verdict
-        )?;
-        writeln!(out, "  path       {:.2} m in {:.1} s", run.path(), run.seconds())?;
-        writeln!(out, "  end, 1σ    {:.3} m, {:.2}°", x.hypot(y), heading.to_degrees())?;
-        writeln!(out, "  landmarks  {} from {} floor corners", run.map.len(), run.observations.len())?;
-        if let Some(errors) = &run.errors {
-            let absolute = &errors.absolute;
-            let (end, percent) = (absolute.end_position, absolute.end_position_percent);
-            writeln!(
-                out,
-                "  end error  {end:.3} m ({percent:.2} % of the path), {:.2}°",
-                absolute.end_heading.to_degrees()
-            )?;
-            if let Some(nees) = &errors.nees {
-                let inside = 100.0 * nees.inside_3_sigma;
-                writeln!(
-                    out,
-                    "  NEES/3     {:.2} (1 is right), {inside:.1} % of the poses inside 3σ",
-                    nees.mean_per_dof
-                )?;
-            }
-        }
-        writeln!(out, "  report     {}", arguments.out.join("report.html").display())
-    })
 }

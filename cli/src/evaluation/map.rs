@@ -10,10 +10,10 @@ pub struct MapErrors {
     pub truth: usize,
     /// Landmarks of the estimated map.
     pub estimated: usize,
-    /// Pairs of the two, each other's nearest, at most `gate` apart.
+    /// Pairs of the two.
     pub matched: usize,
-    /// Largest distance of a pair, m.
-    pub gate: f64,
+    /// Largest distance of a pair, m, where pairs were formed by distance.
+    pub gate: Option<f64>,
     /// Estimated landmarks without a true one.
     pub spurious: usize,
     /// Distances of the pairs, m.
@@ -24,11 +24,28 @@ pub struct MapErrors {
     pub nees_per_dof: Option<f64>,
 }
 
-/// The errors of an estimated map, moved by the alignment of its trajectory. Numbers of landmarks mean nothing
-/// to the other map: pairs are formed by distance, the closest first, each landmark once.
-pub fn map_errors(estimate: &[MapPoint], truth: &[MapPoint], alignment: &Alignment, gate: f64) -> MapErrors {
+/// Which landmarks of two maps are the same.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum MapPairing {
+    /// The closest first, each landmark once, at most this far apart (m): the maps' numbers mean nothing to each
+    /// other.
+    Closest(f64),
+    /// Those of the same number.
+    Names,
+}
+
+/// The errors of an estimated map, moved by the alignment of its trajectory.
+pub fn map_errors(
+    estimate: &[MapPoint],
+    truth: &[MapPoint],
+    alignment: &Alignment,
+    pairing: MapPairing,
+) -> MapErrors {
     let moved: Vec<_> = estimate.iter().map(|point| alignment.point(point.position)).collect();
-    let pairs = closest_pairs(&moved, truth, gate);
+    let (pairs, gate) = match pairing {
+        MapPairing::Closest(gate) => (closest_pairs(&moved, truth, gate), Some(gate)),
+        MapPairing::Names => (pairs_by_name(estimate, truth), None),
+    };
     let points: Vec<(Vector2<f64>, Vector2<f64>)> =
         pairs.iter().map(|&(i, j)| (moved[i], truth[j].position)).collect();
     let own = Alignment::fit(Align::Se2, &points);
@@ -48,6 +65,11 @@ pub fn map_errors(estimate: &[MapPoint], truth: &[MapPoint], alignment: &Alignme
         aligned_position: Spread::of(points.iter().map(|(p, q)| (own.point(*p) - q).norm())),
         nees_per_dof: (!nees.is_empty()).then(|| nees.iter().sum::<f64>() / (2 * nees.len()) as f64),
     }
+}
+
+fn pairs_by_name(estimate: &[MapPoint], truth: &[MapPoint]) -> Vec<(usize, usize)> {
+    let place = |id| truth.iter().position(|point| point.id == id);
+    estimate.iter().enumerate().filter_map(|(i, point)| Some((i, place(point.id)?))).collect()
 }
 
 fn closest_pairs(estimate: &[Vector2<f64>], truth: &[MapPoint], gate: f64) -> Vec<(usize, usize)> {
@@ -86,7 +108,7 @@ mod tests {
     fn every_landmark_is_paired_once_with_its_nearest() {
         let truth = [point(0.0, 0.0), point(1.0, 0.0), point(9.0, 9.0)];
         let estimate = [point(0.1, 0.0), point(0.3, 0.0), point(1.1, 0.0), point(5.0, 5.0)];
-        let errors = map_errors(&estimate, &truth, &Alignment::NONE, 0.5);
+        let errors = map_errors(&estimate, &truth, &Alignment::NONE, MapPairing::Closest(0.5));
         assert_eq!((errors.matched, errors.spurious, errors.estimated, errors.truth), (2, 2, 4, 3));
         assert!((errors.position.rms - 0.1).abs() < 1e-12 && errors.aligned_position.max < 1e-12);
         assert!((errors.nees_per_dof.unwrap() - 0.5).abs() < 1e-12);

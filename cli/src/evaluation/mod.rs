@@ -19,6 +19,6 @@ mod trajectory;
 mod truth;
 
 pub use alignment::{Align, Alignment};
-pub use map::{MapErrors, map_errors};
+pub use map::{MapErrors, MapPairing, map_errors};
 pub use trajectory::{Spread, TrajectoryErrors, nees, trajectory_errors};
 pub use truth::{Pair, Truth};

@@ -107,6 +107,7 @@ impl Chart {
     }
 }
 
-fn thin<P>(points: &[P]) -> impl DoubleEndedIterator<Item = &P> {
+/// At most [`MAX_POINTS`] of the points, evenly chosen.
+pub(super) fn thin<P>(points: &[P]) -> impl DoubleEndedIterator<Item = &P> {
     points.iter().step_by(points.len().div_ceil(MAX_POINTS).max(1))
 }

@@ -1,6 +1,7 @@
 //! The map from above: trajectory, landmarks and their 3σ ellipses over the laser (the paper's Figure 6).
 use super::{
     Run,
+    chart::thin,
     svg::{coordinate, number, path_data, round_step, ticks},
 };
 use monorange_core::geometry::Pose;
@@ -23,7 +24,7 @@ struct Plan {
 }
 
 impl Plan {
-    fn around(run: &Run<'_>) -> Self {
+    fn around(run: &Run) -> Self {
         let poses = run.trajectory.iter().map(|stamped| stamped.pose.position());
         let truth = run.pairs.iter().map(|pair| pair.truth.position());
         let landmarks = run.map.iter().map(|point| point.position);
@@ -70,7 +71,7 @@ impl Plan {
 }
 
 /// The drawing.
-pub(super) fn svg(run: &Run<'_>) -> String {
+pub(super) fn svg(run: &Run) -> String {
     let plan = Plan::around(run);
     let mut svg = format!(
         r#"<svg class="plan" viewBox="0 0 {WIDTH} {:.0}" role="img" aria-label="Map from above with the trajectory and {} landmarks">"#,
@@ -96,10 +97,10 @@ pub(super) fn svg(run: &Run<'_>) -> String {
         );
     }
     if !run.pairs.is_empty() {
-        let truth = run.pairs.iter().map(|pair| pair.truth.position());
+        let truth = thin(&run.pairs).map(|pair| pair.truth.position());
         let _ = write!(svg, r#"<path class="truth" d="{}"/>"#, plan.line(truth));
     }
-    let path = run.trajectory.iter().map(|stamped| stamped.pose.position());
+    let path = thin(&run.trajectory).map(|stamped| stamped.pose.position());
     let _ = write!(svg, r#"<path class="trajectory" d="{}"/>"#, plan.line(path));
     if let (Some(first), Some(last)) = (run.trajectory.first(), run.trajectory.last()) {
         let (x, y) = plan.place(first.pose.position());

@@ -6,31 +6,35 @@ mod chart;
 mod floor_plan;
 mod page;
 mod plots;
+mod setup;
+mod subject;
 mod svg;
 
 pub use page::page;
+pub use setup::{SettingLine, Setup};
+pub use subject::Subject;
 
 use crate::{
-    evaluation::{Pair, TrajectoryErrors},
-    files::{MapPoint, Rig, Stamped},
+    evaluation::{MapErrors, Pair, TrajectoryErrors},
+    files::{MapPoint, Stamped},
 };
 use nalgebra::Vector2;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// One floor corner and what the filter did with it: a row of `observations.csv`.
+/// One measurement and what the filter did with it: a row of `observations.csv`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Observation {
     /// Seconds.
     pub time: f64,
     /// Index of the frame in its folder.
     pub frame: usize,
-    /// (u, v).
-    pub pixel: Vector2<f32>,
+    /// (u, v), where a camera saw it.
+    pub pixel: Option<Vector2<f32>>,
     /// Metres.
-    pub range: f32,
+    pub range: Option<f32>,
     /// Radians.
-    pub bearing: f32,
+    pub bearing: Option<f32>,
     /// Which landmark.
     pub landmark: Option<u32>,
     /// `update`, `birth`, `gated`, `tentative` or `rejected`.
@@ -58,30 +62,36 @@ pub struct Shot {
 }
 
 /// What a run found.
-pub struct Run<'a> {
+pub struct Run {
     /// Name of the sequence.
     pub title: String,
     /// The command line.
     pub command: String,
-    /// The rig with its settings.
-    pub rig: &'a Rig,
-    /// Frames in the folder.
+    /// What the filter was given.
+    pub subject: Subject,
+    /// What it was run with.
+    pub setup: Setup,
+    /// Frames in the folder, or times with a measurement in the log.
     pub frames: usize,
+    /// Those that were used.
+    pub frames_used: usize,
     /// Frames that could not be read, with the reason.
     pub left_out: Vec<String>,
-    /// Poses, one a frame used.
+    /// Poses, one a frame used; of a log also one a line of odometry.
     pub trajectory: Vec<Stamped>,
     /// Poses with the truth in the map's frame; empty without truth.
     pub pairs: Vec<Pair>,
     /// Errors, where there is truth.
     pub errors: Option<TrajectoryErrors>,
+    /// Errors of the map, where the true one is given.
+    pub map_errors: Option<MapErrors>,
     /// Landmarks.
     pub map: Vec<MapPoint>,
     /// True landmarks in the map's frame.
     pub true_map: Vec<Vector2<f64>>,
     /// Laser echoes in the map's frame.
     pub laser: Vec<Vector2<f64>>,
-    /// All floor corners.
+    /// All measurements.
     pub observations: Vec<Observation>,
     /// Corners that had no range worth the name.
     pub without_range: u32,
@@ -113,8 +123,12 @@ pub struct Summary<'a> {
     end: [f64; 3],
     end_std: [f64; 3],
     landmarks: usize,
-    corners: usize,
-    corners_without_range: u32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    measurements: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    corners: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    corners_without_range: Option<u32>,
     births_without_room: u32,
     #[serde(skip_serializing_if = "Option::is_none")]
     visual_steps_not_measured: Option<usize>,
@@ -123,11 +137,14 @@ pub struct Summary<'a> {
     mean_nis_per_dof: f32,
     #[serde(skip_serializing_if = "Option::is_none")]
     errors: &'a Option<TrajectoryErrors>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    map_errors: &'a Option<MapErrors>,
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     stages_ms: BTreeMap<&'static str, [f64; 3]>,
     settings: BTreeMap<String, String>,
 }
 
-impl Run<'_> {
+impl Run {
     /// Length of the estimated path, m.
     pub fn path(&self) -> f64 {
         let step = |pair: &[Stamped]| match pair {
@@ -148,7 +165,7 @@ impl Run<'_> {
         [last.m11, last.m22, last.m33].map(|variance| variance.max(0.0).sqrt())
     }
 
-    /// How many corners met each decision.
+    /// How many measurements met each decision.
     pub fn decisions(&self) -> BTreeMap<&'static str, usize> {
         let mut counts = BTreeMap::new();
         for observation in &self.observations {
@@ -160,32 +177,35 @@ impl Run<'_> {
     /// What `report.json` holds.
     pub fn summary(&self) -> Summary<'_> {
         let end = self.trajectory.last().map(|stamped| stamped.pose).unwrap_or_default();
+        let corners = self.subject == Subject::FloorCorners;
         Summary {
             version: env!("CARGO_PKG_VERSION"),
             title: &self.title,
             command: &self.command,
             frames: self.frames,
-            frames_used: self.trajectory.len(),
+            frames_used: self.frames_used,
             left_out: &self.left_out,
             seconds: self.seconds(),
             path: self.path(),
             end: [end.x, end.y, end.heading],
             end_std: self.end_std(),
             landmarks: self.map.len(),
-            corners: self.observations.len(),
-            corners_without_range: self.without_range,
+            measurements: (!corners).then_some(self.observations.len()),
+            corners: corners.then_some(self.observations.len()),
+            corners_without_range: corners.then_some(self.without_range),
             births_without_room: self.no_room,
             visual_steps_not_measured: self.unmeasured,
             decisions: self.decisions(),
             verdict: self.verdict,
             mean_nis_per_dof: self.mean_nis,
             errors: &self.errors,
+            map_errors: &self.map_errors,
             stages_ms: self.stages.iter().map(|stage| (stage.name, stage.mean_median_max())).collect(),
-            settings: crate::files::SETTINGS
+            settings: self
+                .setup
+                .settings
                 .iter()
-                .map(|setting| {
-                    (format!("{}.{}", setting.section, setting.key), setting.value(&self.rig.settings))
-                })
+                .map(|setting| (setting.name.clone(), setting.value.clone()))
                 .collect(),
         }
     }

@@ -1,12 +1,10 @@
 //! The page's words and order.
-use super::{Run, floor_plan, plots, svg::escape};
-use crate::files::SETTINGS;
+use super::{Run, Subject, floor_plan, plots, svg::escape};
 use base64::{Engine, engine::general_purpose::STANDARD};
-use monorange_core::pipeline::Config;
 use std::fmt::Write as _;
 
 /// The whole page.
-pub fn page(run: &Run<'_>) -> String {
+pub fn page(run: &Run) -> String {
     let mut html = String::new();
     let _ = write!(
         html,
@@ -31,24 +29,15 @@ pub fn page(run: &Run<'_>) -> String {
     html
 }
 
-fn header(run: &Run<'_>) -> String {
+fn header(run: &Run) -> String {
     let mut html =
         format!("<p class=\"brand\">monorange · {}</p><h1>{}</h1>", escape(&run.title), headline(run));
-    let (class, advice) = match run.verdict {
-        "unchecked" => (
-            "warn",
-            "No floor corner was seen twice: nothing speaks for or against the motion, which is all there is.",
-        ),
-        "consistent" => ("", "The innovations are of the size that the filter expects."),
-        "over-confident" => (
-            "warn",
-            "The innovations are larger than the filter expects: raise the noise of odometry or corners in the rig file.",
-        ),
-        _ => (
-            "bad",
-            "Corner after corner lies beyond the gate: the map or the pose is wrong. Check mount and odometry.",
-        ),
+    let class = match run.verdict {
+        "consistent" => "",
+        "unchecked" | "over-confident" => "warn",
+        _ => "bad",
     };
+    let advice = run.subject.advice(run.verdict);
     let innovation = match run.verdict {
         "unchecked" => String::new(),
         _ => format!(" · mean innovation {:.2} a degree of freedom (1 is right)", run.mean_nis),
@@ -69,9 +58,9 @@ fn header(run: &Run<'_>) -> String {
     let [x, y, heading] = run.end_std();
     let mut figures = vec![
         ("Path", format!("{:.1} m", run.path()), format!("in {:.0} s", run.seconds())),
-        ("Frames used", run.trajectory.len().to_string(), format!("of {}", run.frames)),
+        ("Frames used", run.frames_used.to_string(), format!("of {}", run.frames)),
         ("Landmarks", run.map.len().to_string(), String::new()),
-        ("Corners matched", matched.to_string(), format!("{refused} refused")),
+        (matched_label(run), matched.to_string(), format!("{refused} refused")),
         ("End, 1σ", length(x.hypot(y)), format!("{:.2}°", heading.to_degrees())),
     ];
     if let Some(errors) = &run.errors {
@@ -85,13 +74,24 @@ fn header(run: &Run<'_>) -> String {
             figures.push(("Poses inside 3σ", share, format!("NEES/3 {:.2}", nees.mean_per_dof)));
         }
     }
+    if let Some(map) = &run.map_errors {
+        let matched = format!("rms of {} of {}", map.matched, map.truth);
+        figures.push(("Map, aligned", length(map.aligned_position.rms), matched));
+    }
     for (name, value, more) in figures {
         let _ = write!(html, "<div><dt>{name}</dt><dd>{value}<small>{more}</small></dd></div>");
     }
     html + "</dl>"
 }
 
-fn headline(run: &Run<'_>) -> String {
+fn matched_label(run: &Run) -> &'static str {
+    match run.subject {
+        Subject::FloorCorners => "Corners matched",
+        Subject::Measurements => "Measurements matched",
+    }
+}
+
+fn headline(run: &Run) -> String {
     let [x, y, _] = run.end_std();
     let landmarks = match run.map.len() {
         0 => "no landmark found".to_owned(),
@@ -105,7 +105,7 @@ fn headline(run: &Run<'_>) -> String {
     format!("{:.1} m driven, {landmarks}, {certainty}.", run.path())
 }
 
-fn remarks(run: &Run<'_>) -> Vec<String> {
+fn remarks(run: &Run) -> Vec<String> {
     let mut remarks = Vec::new();
     if let Some(unmeasured) = run.unmeasured {
         remarks.push(match unmeasured {
@@ -138,7 +138,7 @@ fn remarks(run: &Run<'_>) -> Vec<String> {
     remarks
 }
 
-fn map_section(run: &Run<'_>) -> String {
+fn map_section(run: &Run) -> String {
     let mut keys = key("trajectory", "M0 6H26", "path")
         + &key("landmark", "M9 6a4 4 0 1 0 8 0a4 4 0 1 0 -8 0", "landmark");
     keys += &key("landmark-ellipse", "M1 6a12 5 0 1 0 24 0a12 5 0 1 0 -24 0", "its 3σ");
@@ -146,7 +146,17 @@ fn map_section(run: &Run<'_>) -> String {
         keys += &key("truth", "M0 6H26", "truth");
     }
     if !run.true_map.is_empty() {
-        keys += &key("true-landmark", "M9 6h8m-4 -4v8", "true corner");
+        keys += &key(
+            "true-landmark",
+            "M9 6h8m-4 -4v8",
+            &format!(
+                "true {}",
+                match run.subject {
+                    Subject::FloorCorners => "corner",
+                    Subject::Measurements => "landmark",
+                }
+            ),
+        );
     }
     if !run.laser.is_empty() {
         keys += &key("laser", "M3 8h0M9 5h0M14 8h0M20 4h0", "laser");
@@ -157,7 +167,7 @@ fn map_section(run: &Run<'_>) -> String {
     )
 }
 
-fn frames_section(run: &Run<'_>) -> String {
+fn frames_section(run: &Run) -> String {
     if run.shots.is_empty() {
         return String::new();
     }
@@ -175,7 +185,7 @@ fn frames_section(run: &Run<'_>) -> String {
     html + "</div></section>"
 }
 
-fn pose_section(run: &Run<'_>) -> String {
+fn pose_section(run: &Run) -> String {
     let (title, hint) = if run.pairs.is_empty() {
         ("How certain the pose is", "±3σ of the filter. There was no truth to compare with.")
     } else {
@@ -187,7 +197,7 @@ fn pose_section(run: &Run<'_>) -> String {
     )
 }
 
-fn innovation_section(run: &Run<'_>) -> String {
+fn innovation_section(run: &Run) -> String {
     if run.observations.iter().all(|seen| seen.nis.is_none()) {
         return String::new();
     }
@@ -201,7 +211,10 @@ fn innovation_section(run: &Run<'_>) -> String {
     )
 }
 
-fn times_section(run: &Run<'_>) -> String {
+fn times_section(run: &Run) -> String {
+    if run.stages.is_empty() {
+        return String::new();
+    }
     let stages: Vec<_> = run.stages.iter().map(|stage| (stage.name, stage.mean_median_max())).collect();
     let largest = stages.iter().map(|(_, [_, median, _])| *median).fold(1e-9, f64::max);
     let total: f64 = stages.iter().map(|(_, [_, median, _])| median).sum();
@@ -220,33 +233,24 @@ fn times_section(run: &Run<'_>) -> String {
     html + "</table></section>"
 }
 
-fn settings_section(run: &Run<'_>) -> String {
-    let defaults = Config::new(run.rig.settings.finder);
-    let changed = SETTINGS
-        .iter()
-        .filter(|setting| setting.value(&run.rig.settings) != setting.value(&defaults))
-        .count();
-    let [height, tilt, roll, yaw, forward, left] = run.rig.finder.mount().parameters();
-    let camera = run.rig.finder.camera();
+fn settings_section(run: &Run) -> String {
+    let settings = &run.setup.settings;
+    let changed = settings.iter().filter(|setting| setting.changed).count();
     let mut html = format!(
-        "<section><h2>Settings</h2><p class=\"hint\">Camera {}×{} px, focal length {:.1} px, {height:.3} m above the floor, tilt {:.2}°, \
-         roll {:.2}°, yaw {:.2}°, lever arm {forward:.3}, {left:.3} m. {changed} of {} settings differ from their defaults.</p>\
+        "<section><h2>Settings</h2><p class=\"hint\">{} {changed} of {} settings differ from their defaults.</p>\
          <details><summary>All settings</summary><table><tr><th>Setting<th class=\"n\">value<th>unit<th>meaning</tr>",
-        camera.width(),
-        camera.height(),
-        camera.focal().x,
-        tilt.to_degrees(),
-        roll.to_degrees(),
-        yaw.to_degrees(),
-        SETTINGS.len()
+        escape(&run.setup.words),
+        settings.len()
     );
-    for setting in SETTINGS {
-        let value = setting.value(&run.rig.settings);
-        let class = if value == setting.value(&defaults) { "" } else { " class=\"changed\"" };
+    for setting in settings {
+        let class = if setting.changed { " class=\"changed\"" } else { "" };
         let _ = write!(
             html,
-            "<tr{class}><td>{}.{}<td class=\"n\">{value}<td>{}<td>{}</tr>",
-            setting.section, setting.key, setting.unit, setting.help
+            "<tr{class}><td>{}<td class=\"n\">{}<td>{}<td>{}</tr>",
+            setting.name,
+            escape(&setting.value),
+            setting.unit,
+            setting.help
         );
     }
     html + "</table></details></section>"

@@ -14,7 +14,7 @@ const NIS_TOP: f64 = 16.0;
 const WINDOW: usize = 64;
 
 /// x, y and heading: with truth the error inside ±3σ, without it ±3σ alone.
-pub(super) fn pose(run: &Run<'_>) -> String {
+pub(super) fn pose(run: &Run) -> String {
     let start = run.start();
     let with_truth = !run.pairs.is_empty();
     let components =
@@ -56,7 +56,7 @@ pub(super) fn pose(run: &Run<'_>) -> String {
 }
 
 /// The normalised innovations squared against their band.
-pub(super) fn innovations(run: &Run<'_>) -> String {
+pub(super) fn innovations(run: &Run) -> String {
     let start = run.start();
     let with_nis = run.observations.iter().filter_map(|seen| Some((seen, f64::from(seen.nis?))));
     let (used, refused): (Vec<_>, Vec<_>) =
@@ -82,5 +82,5 @@ pub(super) fn innovations(run: &Run<'_>) -> String {
     chart.rule("zero", NIS_95, "95 %");
     chart.rule("limit", NIS_99, "gate, 99 %");
     chart.line("nis-mean", &mean);
-    chart.svg("Normalised innovation squared of every matched corner over time")
+    chart.svg("Normalised innovation squared of every match over time")
 }

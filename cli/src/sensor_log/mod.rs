@@ -1,8 +1,10 @@
 //! The filter alone, on the log of any sensor that measures ranges and bearings.
+mod dataset;
 mod read;
 mod run;
 
-pub use read::{read_mrclam, read_sightings, read_victoria_park};
+pub use dataset::{Dataset, Recording};
+pub use read::read_sightings;
 pub use run::{Association, LogResult, ObservationRow, Settings, run};
 
 use crate::files::Odometry;
@@ -22,6 +24,14 @@ pub struct LogSighting {
     pub variances: [Option<f64>; 2],
     /// Covariance of range and bearing.
     pub covariance: f64,
+}
+
+impl LogSighting {
+    /// A range and a bearing of which nothing else is known.
+    pub fn range_bearing(time: f64, range: f64, bearing: f64) -> Self {
+        let (range, bearing) = (Some(range), Some(bearing));
+        Self { time, id: None, range, bearing, variances: [None; 2], covariance: 0.0 }
+    }
 }
 
 /// Odometry and what was seen, sorted by time.

@@ -1,6 +1,8 @@
-use super::{LogSighting, SensorLog};
-use crate::files::{Odometry, Table, read_text};
+use super::{LogSighting, Recording, SensorLog};
+use crate::files::{MapPoint, Odometry, Stamped, Table, read_text};
 use crate::{Error, Result};
+use monorange_core::geometry::Pose;
+use nalgebra::Vector2;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -41,12 +43,10 @@ pub fn read_sightings(path: &Path) -> Result<Vec<LogSighting>> {
     Ok(sightings)
 }
 
-/// One robot of a UTIAS MRCLAM folder: `RobotN_Odometry.dat`, `RobotN_Measurement.dat`, and `Barcodes.dat` to tell
-/// landmarks (subjects 6 to 20) from robots and misread barcodes, which are left out.
-///
-/// # Errors
-/// When a file cannot be read or a line is not numbers.
-pub fn read_mrclam(folder: &Path, robot: u32) -> Result<SensorLog> {
+/// One robot of a UTIAS MRCLAM folder: `RobotN_Odometry.dat`, `RobotN_Measurement.dat`, `RobotN_Groundtruth.dat`,
+/// `Landmark_Groundtruth.dat`, and `Barcodes.dat` to tell landmarks (subjects 6 to 20) from robots and misread
+/// barcodes, which are left out.
+pub(super) fn mrclam(folder: &Path, robot: u32) -> Result<Recording> {
     let mut subjects = std::collections::HashMap::new();
     for [subject, barcode] in columns(&folder.join("Barcodes.dat"))? {
         subjects.insert(barcode as u32, subject as u32);
@@ -64,25 +64,17 @@ pub fn read_mrclam(folder: &Path, robot: u32) -> Result<SensorLog> {
     let measured = columns(&folder.join(format!("Robot{robot}_Measurement.dat")))?;
     let sightings = measured.into_iter().filter_map(|[time, barcode, range, bearing]| {
         let id = subjects.get(&(barcode as u32)).copied().filter(|subject| *subject > 5)?;
-        let variances = [None; 2];
-        Some(LogSighting {
-            time,
-            id: Some(id),
-            range: Some(range),
-            bearing: Some(bearing),
-            variances,
-            covariance: 0.0,
-        })
+        Some(LogSighting { id: Some(id), ..LogSighting::range_bearing(time, range, bearing) })
     });
-    Ok(SensorLog { odometry, sightings: sightings.collect() })
+    let log = SensorLog { odometry, sightings: sightings.collect() };
+    let truth = columns(&folder.join(format!("Robot{robot}_Groundtruth.dat")))?.into_iter().map(stamped);
+    let true_map = columns(&folder.join("Landmark_Groundtruth.dat"))?.into_iter().map(map_point);
+    Ok(Recording { log, truth: truth.collect(), true_map: true_map.collect() })
 }
 
 /// The Victoria Park log as factor-graph text (`ODOMETRY i j dx dy dθ …`, `LANDMARK pose id x y …`): a second a
 /// step. The sightings' variance is the file's, 0.4 m² each way.
-///
-/// # Errors
-/// When the file cannot be read or a line is not numbers.
-pub fn read_victoria_park(path: &Path) -> Result<SensorLog> {
+pub(super) fn victoria_park(path: &Path) -> Result<Recording> {
     let text = read_text(path)?;
     let mut odometry = String::from("t,dx,dy,dtheta\n0,0,0,0\n");
     let mut steps = std::collections::HashMap::from([(0_u32, 0.0)]);
@@ -103,15 +95,10 @@ pub fn read_victoria_park(path: &Path) -> Result<SensorLog> {
                     .get(&(*pose as u32))
                     .ok_or_else(|| Error::new("a pose without odometry").at_line(path, line))?;
                 let range = x.hypot(*y);
-                sightings.push(LogSighting {
-                    time,
-                    id: Some(*id as u32),
-                    range: Some(range),
-                    bearing: Some(y.atan2(*x)),
-                    // Equal variances in x and y are equal variances along and across the ray.
-                    variances: [Some(*variance), Some(variance / (range * range))],
-                    covariance: 0.0,
-                });
+                // Equal variances in x and y are equal variances along and across the ray.
+                let variances = [Some(*variance), Some(variance / (range * range))];
+                let sighting = LogSighting::range_bearing(time, range, y.atan2(*x));
+                sightings.push(LogSighting { id: Some(*id as u32), variances, ..sighting });
             }
             ("", _) => {}
             _ => return Err(Error::new("is neither ODOMETRY nor LANDMARK with numbers").at_line(path, line)),
@@ -119,7 +106,40 @@ pub fn read_victoria_park(path: &Path) -> Result<SensorLog> {
     }
     sightings.sort_by(|a, b| a.time.total_cmp(&b.time));
     let odometry = Odometry::from_table(&Table::parse(path, &odometry)?)?;
-    Ok(SensorLog { odometry, sightings })
+    let log = SensorLog { odometry, sightings };
+    Ok(Recording { log, truth: Vec::new(), true_map: Vec::new() })
+}
+
+/// A log of ranges to radio beacons: `PlazaN_DR.csv` (way and turn since the line before), `PlazaN_TD.csv`,
+/// `PlazaN_GT.csv` and `PlazaN_TL.csv`.
+pub(super) fn plaza(folder: &Path, number: u32) -> Result<Recording> {
+    let file = |kind: &str| folder.join(format!("Plaza{number}_{kind}.csv"));
+    let table = |kind| Table::read(&file(kind));
+    let mut text = String::from("t,v,omega\n");
+    let steps = table("DR")?.numbers(["t", "d_dist", "d_theta"])?;
+    for [before, after] in steps.windows(2).filter_map(|pair| <[_; 2]>::try_from(pair).ok()) {
+        let seconds = after[0] - before[0];
+        let _ = writeln!(text, "{},{},{}", before[0], after[1] / seconds, after[2] / seconds); // a String takes everything
+    }
+    let odometry = Odometry::from_table(&Table::parse(&file("DR"), &text)?)?;
+    let ranges = table("TD")?.numbers(["t", "receiver_beacon_id", "range_m"])?;
+    let sighting = |[time, beacon, range]: [f64; 3]| LogSighting {
+        id: Some(beacon as u32),
+        bearing: None,
+        ..LogSighting::range_bearing(time, range, 0.0)
+    };
+    let log = SensorLog { odometry, sightings: ranges.into_iter().map(sighting).collect() };
+    let truth = table("GT")?.numbers(["t", "x", "y", "theta"])?.into_iter().map(stamped);
+    let true_map = table("TL")?.numbers(["beacon_id", "x", "y"])?.into_iter().map(map_point);
+    Ok(Recording { log, truth: truth.collect(), true_map: true_map.collect() })
+}
+
+fn stamped([time, x, y, heading]: [f64; 4]) -> Stamped {
+    Stamped { time, pose: Pose::new(x, y, heading), covariance: None }
+}
+
+fn map_point([id, x, y]: [f64; 3]) -> MapPoint {
+    MapPoint { id: id as u64, position: Vector2::new(x, y), covariance: None, seen: 0, first_and_last: None }
 }
 
 /// The numbers of a text of columns, `#` for comments.

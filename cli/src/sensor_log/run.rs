@@ -93,11 +93,10 @@ pub struct LogResult {
 
 type HostMap = Map<f64, Vec<f64>, Vec<Landmark<f64>>>;
 
-/// Runs the filter over a log.
+/// Runs the filter over a log. Measurements beyond the ends of the odometry are left out.
 ///
 /// # Errors
-/// When a setting is out of its range, the odometry does not cover the measurements, or names are asked for and
-/// missing.
+/// When a setting is out of its range, or names are asked for and missing.
 pub fn run(log: &SensorLog, settings: &Settings) -> Result<LogResult> {
     let core = |error: monorange_core::Error| Error::new(error);
     let states = states_for(settings.landmarks, settings.filter.mount_std.is_some());
@@ -117,7 +116,7 @@ pub fn run(log: &SensorLog, settings: &Settings) -> Result<LogResult> {
         }
         for control in log.odometry.between(run.time, time) {
             run.step(&control)?;
-            trajectory.push(run.stamped(begin));
+            trajectory.push(run.stamped());
         }
         run.time = run.time.max(time);
         let outcomes = match settings.association {
@@ -129,11 +128,11 @@ pub fn run(log: &SensorLog, settings: &Settings) -> Result<LogResult> {
         if trajectory.last().is_some_and(|last| last.time >= run.time) {
             trajectory.pop();
         }
-        trajectory.push(run.stamped(begin));
+        trajectory.push(run.stamped());
     }
     for control in log.odometry.between(run.time, end) {
         run.step(&control)?;
-        trajectory.push(run.stamped(begin));
+        trajectory.push(run.stamped());
     }
     let health = if settings.association == Association::Known { run.health } else { *run.map.health() };
     Ok(LogResult { trajectory, map: run.points(begin), observations, verdict: health.verdict(), health })
@@ -214,6 +213,9 @@ impl Run<'_> {
             outcomes[place] = outcome;
             self.health.note(&outcome, thresholds[outcome.dof.clamp(1, 2) - 1]);
         }
+        for Observation { landmark, .. } in known {
+            self.map.filter_mut().convert(landmark).map_err(Error::new)?; // a bearing's landmark, once it is a point
+        }
         let filter = self.map.filter();
         let fresh: Vec<_> = seen
             .iter()
@@ -261,7 +263,7 @@ impl Run<'_> {
         Ok(outcomes)
     }
 
-    fn stamped(&self, _begin: f64) -> Stamped {
+    fn stamped(&self) -> Stamped {
         let filter = self.map.filter();
         Stamped { time: self.time, pose: filter.pose(), covariance: Some(filter.pose_covariance()) }
     }

@@ -25,7 +25,7 @@ fn run_example(command: &str) {
 #[test]
 #[cfg(unix)]
 fn the_examples_of_the_quick_commands_run() {
-    for command in ["range", "landmarks", "keypoints", "match", "simulate", "slam", "evaluate"] {
+    for command in ["range", "landmarks", "keypoints", "match", "simulate", "slam", "slam-log", "evaluate"] {
         run_example(command);
     }
 }

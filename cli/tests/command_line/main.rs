@@ -9,3 +9,4 @@ mod matching;
 mod range;
 mod simulate;
 mod slam;
+mod slam_log;

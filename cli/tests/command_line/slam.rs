@@ -144,7 +144,7 @@ fn sequences_that_do_not_fit_together_are_refused() {
         fails(&format!("{RUN} --times times.txt"), &words);
     }
     folder.write("late.tum", "1 0 0 0 0 0 0 1\n2 1 0 0 0 0 0 1\n");
-    fails(&format!("{RUN} --truth late.tum"), &["late.tum: has no pose at the first frame's time"]);
+    fails(&format!("{RUN} --truth late.tum"), &["late.tum: has no pose at the start"]);
     folder.write("empty/readme", "");
     fails(&RUN.replace("sim/frames", "empty"), &["empty: the folder holds no picture"]);
     fails(&RUN.replace("sim/frames", "absent"), &["absent: no such file or folder"]);

@@ -40,6 +40,8 @@ pub struct Batch {
     pub steps: Vec<Step>,
     /// Sights, sorted by pose.
     pub sights: Vec<Sight>,
+    /// Normalised squares of sights' residuals beyond this count with their root alone (Huber), as the soft gate has it.
+    pub robust: Option<f64>,
 }
 
 impl Batch {
@@ -76,9 +78,7 @@ impl Batch {
         let d = back * (to.position() - from.position());
         let turn = wrap_angle(to.heading - from.heading - step.delta.z);
         let error = Vector3::new(d.x - step.delta.x, d.y - step.delta.y, turn);
-        let by_from = Matrix3::new(
-            -back.m11, -back.m12, d.y, -back.m21, -back.m22, -d.x, 0.0, 0.0, -1.0,
-        );
+        let by_from = Matrix3::new(-back.m11, -back.m12, d.y, -back.m21, -back.m22, -d.x, 0.0, 0.0, -1.0);
         let by_to = Matrix3::new(back.m11, back.m12, 0.0, back.m21, back.m22, 0.0, 0.0, 0.0, 1.0);
         (error, by_from, by_to)
     }
@@ -89,6 +89,11 @@ impl Batch {
         let d = back * (self.landmarks[sight.landmark] - pose.position());
         let by_pose = Matrix2x3::new(-back.m11, -back.m12, d.y, -back.m21, -back.m22, -d.x);
         (d - sight.point, by_pose, back)
+    }
+
+    fn weight(&self, error: &Vector2<f64>, information: &Matrix2<f64>) -> f64 {
+        let square = error.dot(&(information * error));
+        self.robust.map_or(1.0, |limit| (limit / square).sqrt().min(1.0))
     }
 
     fn iterate(&mut self) -> f64 {
@@ -115,15 +120,16 @@ impl Batch {
             let mut coupling = core::mem::replace(&mut carried, Matrix3xX::zeros(0));
             while let Some(sight) = sights.next_if(|sight| sight.pose == k) {
                 let (error, by_pose, by_landmark) = self.sight_residual(sight);
+                let weight = sight.information * self.weight(&error, &sight.information);
                 let at = 2 * sight.landmark;
-                own[k] += by_pose.transpose() * sight.information * by_pose;
-                right[k] -= by_pose.transpose() * sight.information * error;
+                own[k] += by_pose.transpose() * weight * by_pose;
+                right[k] -= by_pose.transpose() * weight * error;
                 let mut columns = coupling.fixed_columns_mut::<2>(at);
-                columns += by_pose.transpose() * sight.information * by_landmark;
+                columns += by_pose.transpose() * weight * by_landmark;
                 let mut block = corner.fixed_view_mut::<2, 2>(at, at);
-                block += by_landmark.transpose() * sight.information * by_landmark;
+                block += by_landmark.transpose() * weight * by_landmark;
                 let mut rows = corner_right.fixed_rows_mut::<2>(at);
-                rows -= by_landmark.transpose() * sight.information * error;
+                rows -= by_landmark.transpose() * weight * error;
             }
             let inverse = own[k].try_inverse().expect("a chain of steps");
             let reduced = inverse * &coupling;

@@ -1,4 +1,5 @@
 //! What the filter's checks share: seeded noise, a world to drive in, real logs, a batch optimum.
+pub mod batch;
 pub mod ring_drive;
 
 use monorange_core::geometry::Pose;

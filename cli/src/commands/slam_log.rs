@@ -1,0 +1,318 @@
+//! `slam-log`: the filter alone, on the log of any sensor of ranges and bearings.
+use super::results;
+use crate::{
+    Error, Result,
+    evaluation::{Align, Alignment, MapPairing, Truth, map_errors, trajectory_errors},
+    files::{self, MapPoint, Odometry, Outputs},
+    report::{Observation, Run, SettingLine, Setup, Subject},
+    sensor_log::{self, Association, Dataset, LogResult, ObservationRow, Recording, SensorLog, Settings},
+};
+use clap::{
+    Args,
+    builder::{PossibleValuesParser, TypedValueParser},
+};
+use monorange_core::{association::Gate, geometry::Pose, slam::Variant};
+use std::{
+    ffi::OsStr,
+    path::{Path, PathBuf},
+};
+
+/// Trajectory and map from a log of odometry and of ranges and bearings to landmarks.
+///
+/// Measurements are CSV: `t,range,bearing`, with or without `id,var_range,var_bearing`; an empty range is a bearing
+/// alone, an empty bearing a range alone (which needs names). Predictions run to each measurement's own time. The
+/// world is the robot's first pose, to which truth is moved. The files are those of `slam`.
+///
+/// Public logs are read as they are published with --dataset and --from, each with the noise that was measured on
+/// it: mrclam (a folder and the robot's --number), victoria-park (its factor-graph text), plaza (a folder and the
+/// log's --number).
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Example:
+  monorange simulate --scene corridor --frames 30 --out corridor-30
+  monorange slam --rig corridor-30/rig.toml --frames corridor-30/frames \\
+    --odometry corridor-30/odometry.csv --out corridor-30/slam
+  # The camera as a range finder: what it measured, given to the filter as any sensor's.
+  monorange slam-log --odometry corridor-30/odometry.csv --measurements corridor-30/slam/observations.csv \\
+    --truth corridor-30/truth.tum --out corridor-30/slam-log")]
+pub struct Arguments {
+    /// Odometry (CSV `t,v,omega` or `t,dx,dy,dtheta`).
+    #[arg(long, value_name = "FILE", required_unless_present = "dataset")]
+    odometry: Option<PathBuf>,
+    /// Measurements (CSV `t,range,bearing[,id][,var_range,var_bearing]`).
+    #[arg(long, value_name = "FILE", required_unless_present = "dataset")]
+    measurements: Option<PathBuf>,
+    /// A public log's format, instead of the two files above.
+    #[arg(long, value_enum, value_name = "NAME", requires = "from", conflicts_with_all = ["odometry", "measurements"])]
+    dataset: Option<Dataset>,
+    /// Where the dataset is.
+    #[arg(long, value_name = "PATH", requires = "dataset")]
+    from: Option<PathBuf>,
+    /// Which robot or log of the dataset.
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "dataset")]
+    number: u32,
+    /// True trajectory (TUM or CSV), for the report.
+    #[arg(long, value_name = "FILE")]
+    truth: Option<PathBuf>,
+    /// True landmarks (CSV `id,x,y`), for the report.
+    #[arg(long, value_name = "FILE", requires = "truth")]
+    true_map: Option<PathBuf>,
+    /// Whether the names of the column `id` are used; they are where there are any.
+    #[arg(long, value_enum)]
+    association: Option<Association>,
+    /// Which filter.
+    #[arg(long, value_name = "NAME", default_value = "invariant", value_parser = filter_parser())]
+    filter: Variant,
+    /// What is done with a measurement beyond its gate: its noise is inflated, it is dropped, or it is used.
+    #[arg(long, value_name = "NAME", default_value = "soft", value_parser = gate_parser())]
+    gate: Gate,
+    /// Of a range, m, where the log gives no variance.
+    #[arg(long, value_name = "METRES", value_parser = at_least_zero)]
+    range_std: Option<f64>,
+    /// Of a range, as a share of it; added to --range-std as independent noise.
+    #[arg(long, value_name = "SHARE", value_parser = at_least_zero)]
+    range_share: Option<f64>,
+    /// Of a bearing, rad, where the log gives no variance.
+    #[arg(long, value_name = "RADIANS", value_parser = at_least_zero)]
+    bearing_std: Option<f64>,
+    /// Of the way ahead after a second, m; it grows with the root of time.
+    #[arg(long, value_name = "METRES", value_parser = at_least_zero)]
+    speed_std: Option<f64>,
+    /// Of the way sideways after a second, m.
+    #[arg(long, value_name = "METRES", value_parser = at_least_zero)]
+    slip_std: Option<f64>,
+    /// Of the heading after a second, rad.
+    #[arg(long, value_name = "RADIANS", value_parser = at_least_zero)]
+    turn_std: Option<f64>,
+    /// What a metre driven adds to the way ahead, m; it grows with the root of the way.
+    #[arg(long, value_name = "METRES", value_parser = at_least_zero)]
+    speed_growth: Option<f64>,
+    /// What a radian turned adds to the heading, rad; it grows with the root of the turn.
+    #[arg(long, value_name = "RADIANS", value_parser = at_least_zero)]
+    turn_growth: Option<f64>,
+    /// Without names: a landmark nearer than this is expected to be seen, m.
+    #[arg(long, value_name = "METRES", value_parser = at_least_zero)]
+    view_range: Option<f64>,
+    /// Without names: and within this bearing to either side, rad.
+    #[arg(long, value_name = "RADIANS", value_parser = at_least_zero)]
+    view_angle: Option<f64>,
+    /// Without names: duplicates lie closer than this, m; 0 merges nothing.
+    #[arg(long, value_name = "METRES", value_parser = at_least_zero)]
+    merge_distance: Option<f64>,
+    /// Without names: a normalised innovation squared above this to every landmark starts a new one.
+    #[arg(long, value_name = "NIS", value_parser = at_least_zero)]
+    birth_nis: Option<f64>,
+    /// Landmarks that there is room for.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
+    max_landmarks: Option<u16>,
+    /// The folder to write to.
+    #[arg(long, value_name = "DIR", default_value = "monorange-slam-log")]
+    out: PathBuf,
+    /// Print the summary as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Landmarks without names are the same as true ones at most this far away, m: `evaluate`'s default.
+const MAP_GATE: f64 = 0.5;
+
+const FILTERS: [(&str, Variant); 3] =
+    [("invariant", Variant::Invariant), ("textbook", Variant::Textbook), ("fej", Variant::FirstEstimates)];
+const GATES: [(&str, Gate); 3] = [("soft", Gate::Soft), ("hard", Gate::Hard), ("none", Gate::Open)];
+
+fn filter_parser() -> impl TypedValueParser<Value = Variant> {
+    PossibleValuesParser::new(FILTERS.map(|(name, _)| name)).map(|word| named(&FILTERS, &word))
+}
+
+fn gate_parser() -> impl TypedValueParser<Value = Gate> {
+    PossibleValuesParser::new(GATES.map(|(name, _)| name)).map(|word| named(&GATES, &word))
+}
+
+fn named<T: Copy + Default>(table: &[(&str, T)], word: &str) -> T {
+    table.iter().find(|(name, _)| *name == word).map(|(_, value)| *value).unwrap_or_default()
+}
+
+fn name_of<T: PartialEq>(table: &[(&'static str, T)], value: &T) -> &'static str {
+    table.iter().find(|(_, other)| other == value).map_or("", |(name, _)| name)
+}
+
+fn at_least_zero(text: &str) -> std::result::Result<f64, String> {
+    let number = text.parse::<f64>().ok().filter(|number| number.is_finite() && *number >= 0.0);
+    number.ok_or_else(|| "must be a number of at least 0".to_owned())
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When a file is missing, malformed or does not fit the others, or nothing can be written.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let recording = arguments.recording()?;
+    let settings = arguments.settings(&recording.log);
+    let result = sensor_log::run(&recording.log, &settings)?;
+    let mut outputs = Outputs::into_folder(&arguments.out)?;
+    let run = arguments.report(&recording, &settings, result)?;
+    results::write(&mut outputs, &run)?;
+    outputs.commit()?;
+    results::print(&run, &arguments.out, arguments.json)
+}
+
+impl Arguments {
+    fn recording(&self) -> Result<Recording> {
+        let mut recording = match (self.dataset, &self.from, &self.odometry, &self.measurements) {
+            (Some(dataset), Some(path), ..) => dataset.read(path, self.number)?,
+            (_, _, Some(odometry_path), Some(path)) => {
+                let odometry = Odometry::read(odometry_path)?;
+                let sightings = sensor_log::read_sightings(path)?;
+                let times: Vec<_> = sightings.iter().map(|sighting| sighting.time).collect();
+                odometry.check_cover(odometry_path, &times)?;
+                let log = SensorLog { odometry, sightings };
+                Recording { log, truth: Vec::new(), true_map: Vec::new() }
+            }
+            _ => return Err(Error::new("neither a log nor a dataset is named").help("see --help")),
+        };
+        if let Some(path) = &self.truth {
+            recording.truth = files::read_trajectory(path)?;
+        }
+        if let Some(path) = &self.true_map {
+            recording.true_map = files::read_map(path)?;
+        }
+        Ok(recording)
+    }
+
+    fn settings(&self, log: &SensorLog) -> Settings {
+        let mut settings = self.dataset.map_or_else(Settings::default, Dataset::settings);
+        let named = log.sightings.iter().all(|sighting| sighting.id.is_some());
+        settings.association =
+            self.association.unwrap_or(if named { Association::Known } else { Association::Unknown });
+        (settings.filter.variant, settings.filter.gate) = (self.filter, self.gate);
+        let set = |value: &mut f64, given: Option<f64>| *value = given.unwrap_or(*value);
+        set(&mut settings.range_std[0], self.range_std);
+        set(&mut settings.range_std[1], self.range_share);
+        set(&mut settings.bearing_std, self.bearing_std);
+        set(&mut settings.speed_std, self.speed_std);
+        set(&mut settings.slip_std, self.slip_std);
+        set(&mut settings.turn_std, self.turn_std);
+        set(&mut settings.growth[0], self.speed_growth);
+        set(&mut settings.growth[1], self.turn_growth);
+        set(&mut settings.map.view.far, self.view_range);
+        set(&mut settings.map.view.half_angle, self.view_angle);
+        set(&mut settings.map.merge_distance, self.merge_distance);
+        set(&mut settings.map.birth_nis, self.birth_nis);
+        settings.landmarks = self.max_landmarks.map_or(settings.landmarks, usize::from);
+        settings
+    }
+
+    fn report(&self, recording: &Recording, settings: &Settings, result: LogResult) -> Result<Run> {
+        let LogResult { trajectory, map, observations, verdict, health } = result;
+        let start = trajectory.first().map_or(0.0, |stamped| stamped.time);
+        let truth = Truth::new(&recording.truth, results::MAX_TRUTH_GAP);
+        let map_from_world = match recording.truth.as_slice() {
+            [] => Pose::default(),
+            _ => results::map_from_world(&truth, start)
+                .map_err(|error| self.truth.iter().fold(error, |error, path| error.at(path)))?,
+        };
+        let mut pairs = truth.pairs(&trajectory);
+        for pair in &mut pairs {
+            pair.truth = map_from_world.compose(&pair.truth);
+        }
+        let moved =
+            |point: &MapPoint| MapPoint { position: map_from_world.transform(point.position), ..*point };
+        let true_map: Vec<_> = recording.true_map.iter().map(moved).collect();
+        let pairing = match settings.association {
+            Association::Known => MapPairing::Names,
+            Association::Unknown => MapPairing::Closest(MAP_GATE),
+        };
+        let times = recording.log.sightings.chunk_by(|a, b| a.time == b.time).count();
+        let frames_used = observations.chunk_by(|a, b| a.frame == b.frame).count();
+        Ok(Run {
+            title: self.title(),
+            command: std::env::args().collect::<Vec<_>>().join(" "),
+            subject: Subject::Measurements,
+            setup: Setup { words: String::new(), settings: setting_lines(settings) },
+            frames: times,
+            frames_used,
+            left_out: Vec::new(),
+            errors: (!pairs.is_empty()).then(|| trajectory_errors(&pairs, Align::None, 1.0)),
+            map_errors: (!true_map.is_empty())
+                .then(|| map_errors(&map, &true_map, &Alignment::NONE, pairing)),
+            pairs,
+            trajectory,
+            map,
+            true_map: true_map.iter().map(|point| point.position).collect(),
+            laser: Vec::new(),
+            observations: observations.iter().map(observation).collect(),
+            without_range: 0,
+            no_room: 0,
+            unmeasured: None,
+            verdict: if health.measurements == 0 { "unchecked" } else { verdict.as_str() },
+            mean_nis: health.mean_nis() as f32,
+            stages: Vec::new(),
+            shots: Vec::new(),
+        })
+    }
+
+    fn title(&self) -> String {
+        let name = |path: &Path| path.file_name().unwrap_or(OsStr::new("log")).to_string_lossy().into_owned();
+        match (self.dataset, &self.from, &self.measurements) {
+            (Some(Dataset::VictoriaPark), Some(path), _) | (None, _, Some(path)) => name(path),
+            (_, Some(path), _) => format!("{} {}", name(path), self.number),
+            _ => String::new(),
+        }
+    }
+}
+
+fn observation(row: &ObservationRow) -> Observation {
+    let ObservationRow { sighting, frame, outcome } = row;
+    Observation {
+        time: sighting.time,
+        frame: *frame as usize,
+        pixel: None,
+        range: sighting.range.map(|range| range as f32),
+        bearing: sighting.bearing.map(|bearing| bearing as f32),
+        landmark: outcome.landmark,
+        decision: outcome.decision.as_str(),
+        nis: outcome.nis.map(|nis| nis as f32),
+    }
+}
+
+/// The settings under the names of their flags.
+fn setting_lines(settings: &Settings) -> Vec<SettingLine> {
+    let defaults = Settings::default();
+    let association = |settings: &Settings| match settings.association {
+        Association::Known => "known",
+        Association::Unknown => "unknown",
+    };
+    type Text<'a> = &'a dyn Fn(&Settings) -> String;
+    let rows: [(&str, Text<'_>, &'static str, &'static str); 17] = [
+        ("association", &|s| association(s).to_owned(), "", "whether the names of the log are used"),
+        ("filter", &|s| name_of(&FILTERS, &s.filter.variant).to_owned(), "", "which filter"),
+        ("gate", &|s| name_of(&GATES, &s.filter.gate).to_owned(), "", "what is done beyond the gate"),
+        ("range-std", &|s| s.range_std[0].to_string(), "m", "of a range, where the log gives no variance"),
+        ("range-share", &|s| s.range_std[1].to_string(), "", "of a range, as a share of it"),
+        (
+            "bearing-std",
+            &|s| s.bearing_std.to_string(),
+            "rad",
+            "of a bearing, where the log gives no variance",
+        ),
+        ("speed-std", &|s| s.speed_std.to_string(), "m/√s", "of the way ahead after a second"),
+        ("slip-std", &|s| s.slip_std.to_string(), "m/√s", "of the way sideways after a second"),
+        ("turn-std", &|s| s.turn_std.to_string(), "rad/√s", "of the heading after a second"),
+        ("speed-growth", &|s| s.growth[0].to_string(), "m/√m", "what a metre adds to the way ahead"),
+        ("turn-growth", &|s| s.growth[1].to_string(), "rad/√rad", "what a radian adds to the heading"),
+        ("view-range", &|s| s.map.view.far.to_string(), "m", "landmarks nearer than this are expected"),
+        ("view-angle", &|s| s.map.view.half_angle.to_string(), "rad", "and within this bearing"),
+        ("merge-distance", &|s| s.map.merge_distance.to_string(), "m", "duplicates lie closer"),
+        ("birth-nis", &|s| s.map.birth_nis.to_string(), "", "above this to every landmark, a new one starts"),
+        ("max-landmarks", &|s| s.landmarks.to_string(), "", "landmarks that there is room for"),
+        ("confirm", &|s| s.map.confirm.to_string(), "", "sightings that confirm a landmark without a name"),
+    ];
+    let line = |(name, text, unit, help): (&str, Text<'_>, _, _)| SettingLine {
+        name: name.to_owned(),
+        value: text(settings),
+        changed: text(settings) != text(&defaults),
+        unit,
+        help,
+    };
+    rows.into_iter().map(line).collect()
+}
