@@ -7,17 +7,19 @@
 //! | [`evaluation`] | a trajectory and a map against the truth |
 //! | [`extraction`] | the core's extractor with memory from the heap |
 //! | [`draw`] | overlays |
-//! | [`report`] | `report.html` |
+//! | [`report`] | what a run writes: `report.html` and the plain files |
 //! | [`sensor_log`] | the filter on the log of another sensor |
 //! | [`commands`] | one module a command, and nothing else |
 //!
-//! Without the feature `command` only the formats and figures remain, for the page in the browser.
+//! Without the feature `command` only the formats and figures remain, and with `report` what a run writes: for the
+//! page in the browser. Elementary functions are `libm`'s, here as in the core: what the page writes must not differ
+//! in a last bit.
 //!
 //! A command reads everything and checks it before it writes anything; what it writes appears whole or not at
 //! all ([`files::Outputs`]). Every [`Error`] names the file, the line or field, the cause and what to do.
 #[cfg(feature = "command")]
 pub mod commands;
-#[cfg(feature = "command")]
+#[cfg(feature = "report")]
 pub mod draw;
 mod error;
 pub mod evaluation;
@@ -25,7 +27,7 @@ pub mod extraction;
 pub mod files;
 #[cfg(feature = "command")]
 pub mod pictures;
-#[cfg(feature = "command")]
+#[cfg(feature = "report")]
 pub mod report;
 pub mod sensor_log;
 

@@ -3,42 +3,25 @@ use crate::{
     Error, Result,
     evaluation::Truth,
     files::{self, Outputs},
-    report::{self, Observation, Run},
+    report::{OUTPUTS, Run},
 };
 use monorange_core::geometry::Pose;
 use std::path::Path;
 
-/// True poses further apart than this are not interpolated between, s.
-pub(super) const MAX_TRUTH_GAP: f64 = 1.0;
-
 /// The world of the truth, seen from the map: the first true pose is the map's origin.
 pub(super) fn map_from_world(truth: &Truth<'_>, start: f64) -> Result<Pose<f64>> {
-    truth.at(start).map(|pose| pose.inverse()).ok_or_else(|| {
-        Error::new(format!("has no pose at the start, {start} s"))
-            .help("give the truth on the same clock, from the start on")
-    })
+    truth.at(start).map(|pose| pose.inverse()).ok_or_else(|| no_first_pose(start))
+}
+
+/// What is wrong with a truth that begins too late.
+pub(super) fn no_first_pose(start: f64) -> Error {
+    Error::new(format!("has no pose at the start, {start} s"))
+        .help("give the truth on the same clock, from the start on")
 }
 
 /// Writes trajectory, map, observations and reports.
 pub(super) fn write(outputs: &mut Outputs, run: &Run) -> Result<()> {
-    outputs.write("trajectory.tum", |out| files::write_tum(out, &run.trajectory))?;
-    outputs.write("trajectory.csv", |out| files::write_trajectory(out, &run.trajectory))?;
-    outputs.write("map.csv", |out| files::write_map(out, &run.map))?;
-    outputs.write("map.ply", |out| files::write_ply(out, &run.map))?;
-    outputs.write("observations.csv", |out| {
-        writeln!(out, "t,frame,u,v,range,bearing,landmark,decision,nis")?;
-        let cell = |value: Option<f32>| value.map_or(String::new(), |value| value.to_string());
-        run.observations.iter().try_for_each(|seen| {
-            let Observation { time, frame, pixel, range, bearing, landmark, decision, nis } = seen;
-            let landmark = landmark.map_or(String::new(), |id| id.to_string());
-            let [u, v] = [0, 1].map(|axis| cell(pixel.map(|pixel| pixel[axis])));
-            let [range, bearing, nis] = [*range, *bearing, *nis].map(cell);
-            writeln!(out, "{time},{frame},{u},{v},{range},{bearing},{landmark},{decision},{nis}")
-        })
-    })?;
-    let json = serde_json::to_string_pretty(&run.summary()).map_err(Error::new)?;
-    outputs.write("report.json", |out| writeln!(out, "{json}"))?;
-    outputs.write("report.html", |out| out.write_all(report::page(run).as_bytes()))
+    OUTPUTS.iter().try_for_each(|name| outputs.write(name, |out| run.write(name, out)))
 }
 
 /// Prints the summary, for a person or as JSON.

@@ -2,17 +2,15 @@
 use crate::{
     Error, Result,
     commands::{progress, results},
-    draw::{GREEN, LegendItem, Mark, ORANGE, Overlay, SKY, Shape, VERMILLION},
-    evaluation::{Align, Truth, trajectory_errors},
-    files::{self, Control, MapPoint, Odometry, Outputs, Rig, Stamped, Table},
+    files::{self, MapPoint, Odometry, Outputs, Rig, Stamped, Table},
     pictures::{self, Picture},
-    report::{Observation, Run, Setup, Shot, Stage, Subject},
+    report::{self, Observation, Run, SHOTS, Shot},
 };
 use clap::Args;
 use monorange_core::{
     geometry::Pose,
-    pipeline::{self, Memory, OnHeap, Pipeline, Report, VisualConfig, VisualMotion},
-    slam::{Decision, Status},
+    pipeline::{Memory, OnHeap, Pipeline, Report, VisualConfig, VisualMotion},
+    slam::Status,
 };
 use nalgebra::Vector2;
 use std::{
@@ -60,9 +58,6 @@ pub struct Arguments {
     #[arg(long)]
     json: bool,
 }
-
-/// Frames shown in the report.
-const SHOTS: usize = 6;
 
 /// Runs the command.
 ///
@@ -153,31 +148,10 @@ impl<'a> Drive<'a> {
         // `corridor/frames` says more than `frames`.
         let names: Vec<_> =
             folder.components().rev().take(2).map(|part| part.as_os_str().to_string_lossy()).collect();
-        let stages = ["read the picture", "edges", "lines and corners", "motion", "association and filter"];
-        let run = Run {
-            title: names.into_iter().rev().collect::<Vec<_>>().join("/"),
-            command: std::env::args().collect::<Vec<_>>().join(" "),
-            subject: Subject::FloorCorners,
-            setup: Setup::of_rig(rig),
-            frames: sequence.images.len(),
-            frames_used: 0,
-            left_out: Vec::new(),
-            trajectory: Vec::new(),
-            pairs: Vec::new(),
-            errors: None,
-            map_errors: None,
-            map: Vec::new(),
-            true_map: Vec::new(),
-            laser: Vec::new(),
-            observations: Vec::new(),
-            without_range: 0,
-            no_room: 0,
-            unmeasured: sequence.odometry.is_none().then_some(0),
-            verdict: "",
-            mean_nis: 1.0,
-            stages: stages.map(|name| Stage { name, times_ms: Vec::new() }).into(),
-            shots: Vec::new(),
-        };
+        let title = names.into_iter().rev().collect::<Vec<_>>().join("/");
+        let command = std::env::args().collect::<Vec<_>>().join(" ");
+        let mut run = Run::of_pictures(title, command, rig, sequence.images.len());
+        run.unmeasured = sequence.odometry.is_none().then_some(0);
         let visual = match sequence.odometry {
             Some(_) => None,
             None => Some(VisualMotion::new(VisualConfig::default()).map_err(Error::new)?),
@@ -249,7 +223,7 @@ impl<'a> Drive<'a> {
         let controls = self.sequence.odometry.as_ref().map(|odometry| odometry.between(self.reached, time));
         for control in controls.unwrap_or_default() {
             self.reached += control.duration;
-            self.pipeline.odometry(self.reached - self.start, &reading(&control)).map_err(Error::new)?;
+            self.pipeline.odometry(self.reached - self.start, &control.reading()).map_err(Error::new)?;
         }
         self.reached = time;
         Ok(())
@@ -262,16 +236,8 @@ impl<'a> Drive<'a> {
         self.run.trajectory.push(Stamped { time, pose, covariance: Some(report.pose_covariance.cast()) });
         self.run.without_range += report.without_range;
         self.run.no_room += report.map.no_room;
-        self.run.observations.extend(report.corners.iter().map(|corner| Observation {
-            time,
-            frame,
-            pixel: Some(corner.pixel),
-            range: Some(corner.range),
-            bearing: Some(corner.bearing),
-            landmark: corner.outcome.landmark,
-            decision: corner.outcome.decision.as_str(),
-            nis: corner.outcome.nis,
-        }));
+        let observations = report.corners.iter().map(|corner| Observation::of_corner(time, frame, corner));
+        self.run.observations.extend(observations);
     }
 
     /// Draws the frame if it shows more than the others of its part of the drive.
@@ -282,21 +248,11 @@ impl<'a> Drive<'a> {
             return Ok(());
         }
         let extraction = self.pipeline.extraction().map_err(Error::new)?.clone();
-        let mut overlay = Overlay::new(self.rig, &picture.pixels, 640)?;
-        overlay.floor();
-        overlay.lines(&extraction, &[]);
-        overlay.explain(&[
-            LegendItem::Mark("matched", ORANGE, Shape::Dot),
-            LegendItem::Mark("new", GREEN, Shape::Plus),
-            LegendItem::Mark("refused", VERMILLION, Shape::Cross),
-        ]);
-        overlay.marks(&marks(report));
         let corners = report.corners.len();
-        let jpeg = overlay.finish(&format!("frame {frame}   t = {:.2} s", time - self.start)).jpeg(82)?;
-        let matched = report.map.updates;
-        let caption =
-            format!("Frame {frame}, {:.1} s: {corners} floor corners, {matched} matched.", time - self.start);
-        *best = Some((corners, Shot { caption, jpeg }));
+        let seen = self.run.observations.len() - corners;
+        let seen = self.run.observations.get(seen..).unwrap_or_default();
+        let shot = report::shot(self.rig, &picture.pixels, &extraction, seen, frame, time - self.start)?;
+        *best = Some((corners, shot));
         Ok(())
     }
 
@@ -320,67 +276,26 @@ impl<'a> Drive<'a> {
         };
         self.run.mean_nis = self.pipeline.health().mean_nis();
         self.run.shots = self.shots.into_iter().flatten().map(|(_, shot)| shot).collect();
-        let truth = Truth::new(&self.sequence.truth, results::MAX_TRUTH_GAP);
-        let map_from_world = match &arguments.truth {
-            None => Pose::default(),
-            Some(path) => results::map_from_world(&truth, self.start).map_err(|error| error.at(path))?,
+        let points = |name| match beside(&arguments.frames, name) {
+            None => Ok(Vec::new()),
+            Some(path) => points(&path),
         };
-        let move_points = |path: Option<PathBuf>| -> Result<Vec<Vector2<f64>>> {
-            let Some(path) = path else { return Ok(Vec::new()) };
-            let points = Table::read(&path)?.numbers(["x", "y"])?;
-            Ok(points.into_iter().map(|[x, y]| map_from_world.transform(Vector2::new(x, y))).collect())
+        let laser = points("laser.csv")?;
+        let Some(path) = &arguments.truth else {
+            self.run.laser = laser;
+            return Ok(self.run);
         };
-        self.run.laser = move_points(beside(&arguments.frames, "laser.csv"))?;
-        if arguments.truth.is_some() {
-            self.run.true_map = move_points(beside(&arguments.frames, "landmarks.csv"))?;
-            self.run.pairs = truth.pairs(&self.run.trajectory);
-            for pair in &mut self.run.pairs {
-                pair.truth = map_from_world.compose(&pair.truth);
-            }
-            self.run.errors = Some(trajectory_errors(&self.run.pairs, Align::None, 1.0));
+        match self.run.compare(self.start, &self.sequence.truth, &laser, &points("landmarks.csv")?) {
+            true => Ok(self.run),
+            false => Err(results::no_first_pose(self.start).at(path)),
         }
-        Ok(self.run)
     }
+}
+
+fn points(path: &Path) -> Result<Vec<Vector2<f64>>> {
+    Ok(Table::read(path)?.numbers(["x", "y"])?.into_iter().map(Vector2::from).collect())
 }
 
 fn milliseconds(since: Instant) -> f64 {
     since.elapsed().as_secs_f64() * 1e3
-}
-
-/// The pipeline's reading for a constant motion.
-fn reading(control: &Control) -> pipeline::Odometry {
-    let seconds = control.duration as f32;
-    if control.velocity.y == 0.0 {
-        return pipeline::Odometry::Velocity {
-            v: control.velocity.x as f32,
-            omega: control.turn_rate as f32,
-            seconds,
-        };
-    }
-    let (step, turn) = control.step();
-    pipeline::Odometry::Increment { forward: step.x as f32, left: step.y as f32, turn: turn as f32, seconds }
-}
-
-/// The corners of a frame by what became of them, the nearest first.
-fn marks(report: &Report) -> Vec<Mark> {
-    let mut corners: Vec<_> = report.corners.iter().collect();
-    corners.sort_by(|a, b| a.range.total_cmp(&b.range));
-    let mark = |corner: &&pipeline::CornerReport| {
-        let (colour, shape) = match corner.outcome.decision {
-            Decision::Update => (ORANGE, Shape::Dot),
-            Decision::Tentative => (SKY, Shape::Dot),
-            Decision::Birth => (GREEN, Shape::Plus),
-            Decision::Gated | Decision::Rejected => (VERMILLION, Shape::Cross),
-        };
-        let range = format!("{:.2} m", corner.range);
-        let named = corner.outcome.landmark.map(|id| format!("#{id} {range}"));
-        Mark {
-            pixel: corner.pixel,
-            covariance: corner.pixel_covariance,
-            colour,
-            shape,
-            labels: named.into_iter().chain([range]).collect(),
-        }
-    };
-    corners.iter().map(mark).collect()
 }

@@ -2,7 +2,7 @@
 use super::results;
 use crate::{
     Error, Result,
-    evaluation::{Align, Alignment, MapPairing, Truth, map_errors, trajectory_errors},
+    evaluation::{Align, Alignment, MAX_TRUTH_GAP, MapPairing, Truth, map_errors, trajectory_errors},
     files::{self, MapPoint, Odometry, Outputs},
     report::{Observation, Run, SettingLine, Setup, Subject},
     sensor_log::{self, Association, Dataset, LogResult, ObservationRow, Recording, SensorLog, Settings},
@@ -205,7 +205,7 @@ impl Arguments {
     fn report(&self, recording: &Recording, settings: &Settings, result: LogResult) -> Result<Run> {
         let LogResult { trajectory, map, observations, verdict, health } = result;
         let start = trajectory.first().map_or(0.0, |stamped| stamped.time);
-        let truth = Truth::new(&recording.truth, results::MAX_TRUTH_GAP);
+        let truth = Truth::new(&recording.truth, MAX_TRUTH_GAP);
         let map_from_world = match recording.truth.as_slice() {
             [] => Pose::default(),
             _ => results::map_from_world(&truth, start)
@@ -267,6 +267,7 @@ fn observation(row: &ObservationRow) -> Observation {
         time: sighting.time,
         frame: *frame as usize,
         pixel: None,
+        pixel_covariance: None,
         range: sighting.range.map(|range| range as f32),
         bearing: sighting.bearing.map(|bearing| bearing as f32),
         landmark: outcome.landmark,

@@ -127,7 +127,7 @@ impl Canvas {
         let axes = covariance.symmetric_eigen();
         let half = axes.eigenvalues.map(|variance| sigmas * variance.max(0.0).sqrt());
         let around = (0..=48).map(|step| {
-            let (sin, cos) = (step as f32 * std::f32::consts::TAU / 48.0).sin_cos();
+            let (sin, cos) = libm::sincosf(step as f32 * std::f32::consts::TAU / 48.0);
             pixel + axes.eigenvectors * Vector2::new(half.x * cos, half.y * sin)
         });
         self.polyline(&around.collect::<Vec<_>>(), stroke);

@@ -49,8 +49,9 @@ impl Alignment {
             across += p.perp(&q);
             spread += p.norm_squared();
         }
-        let rotation = across.atan2(along);
-        let scale = if kind == Align::Sim2 && spread > 0.0 { along.hypot(across) / spread } else { 1.0 };
+        let rotation = libm::atan2(across, along);
+        let scale =
+            if kind == Align::Sim2 && spread > 0.0 { libm::hypot(along, across) / spread } else { 1.0 };
         let translation = mean_q - Rotation2::new(rotation) * mean_p * scale;
         Self { scale, rotation, translation }
     }

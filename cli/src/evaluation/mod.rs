@@ -21,4 +21,4 @@ mod truth;
 pub use alignment::{Align, Alignment};
 pub use map::{MapErrors, MapPairing, map_errors};
 pub use trajectory::{Spread, TrajectoryErrors, nees, trajectory_errors};
-pub use truth::{Pair, Truth};
+pub use truth::{MAX_TRUTH_GAP, Pair, Truth};

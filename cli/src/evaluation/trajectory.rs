@@ -207,7 +207,7 @@ pub fn nees(estimate: &Pose<f64>, truth: &Pose<f64>, covariance: &Matrix3<f64>) 
     let (s, c) = if turn.abs() < 1e-3 {
         (1.0 - turn * turn / 6.0, turn / 2.0)
     } else {
-        (turn.sin() / turn, (1.0 - turn.cos()) / turn)
+        (libm::sin(turn) / turn, (1.0 - libm::cos(turn)) / turn)
     };
     let inverse = Matrix2::new(s, c, -c, s) / (s * s + c * c);
     let quarter_turn = Matrix2::new(0.0, -1.0, 1.0, 0.0);

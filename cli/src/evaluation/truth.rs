@@ -1,6 +1,9 @@
 use crate::files::Stamped;
 use monorange_core::geometry::{Pose, wrap_angle};
 
+/// Between true poses further apart than this nothing is known, s.
+pub const MAX_TRUTH_GAP: f64 = 1.0;
+
 /// A true trajectory, asked at any time.
 #[derive(Clone, Copy, Debug)]
 pub struct Truth<'a> {

@@ -1,5 +1,6 @@
 use super::Table;
 use crate::{Error, Result};
+use monorange_core::pipeline;
 use nalgebra::{Matrix2, Vector2};
 use std::path::Path;
 
@@ -20,6 +21,18 @@ impl Control {
         let turn = self.turn_rate * self.duration;
         let [along, across] = arc(turn);
         (Matrix2::new(along, -across, across, along) * self.velocity * self.duration, turn)
+    }
+
+    /// As the pipeline takes it.
+    pub fn reading(&self) -> pipeline::Odometry {
+        let seconds = self.duration as f32;
+        if self.velocity.y == 0.0 {
+            let (v, omega) = (self.velocity.x as f32, self.turn_rate as f32);
+            return pipeline::Odometry::Velocity { v, omega, seconds };
+        }
+        let (step, turn) = self.step();
+        let [forward, left, turn] = [step.x, step.y, turn].map(|number| number as f32);
+        pipeline::Odometry::Increment { forward, left, turn, seconds }
     }
 }
 

@@ -118,6 +118,15 @@ impl Setting {
         }
     }
 
+    /// Its value as a rig file has it.
+    pub fn toml(&self, config: &Config) -> String {
+        match self.access {
+            Access::Number(get, _) => format!("{:?}", get(config)),
+            Access::Choice(..) => format!("\"{}\"", self.value(config)),
+            _ => self.value(config),
+        }
+    }
+
     /// Takes the value of a section that has its key.
     fn read(&self, section: &Section<'_>, config: &mut Config) -> Result<()> {
         let whole = |most: f64| {

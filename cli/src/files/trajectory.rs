@@ -79,7 +79,7 @@ fn from_tum(path: &Path, text: &str) -> Result<Vec<Stamped>> {
                 .at_line(path, line)
                 .help("a TUM line is `t tx ty tz qx qy qz qw`"));
         }
-        let heading = (2.0 * (qw * qz + qx * qy)).atan2(norm2 - 2.0 * (qy * qy + qz * qz));
+        let heading = libm::atan2(2.0 * (qw * qz + qx * qy), norm2 - 2.0 * (qy * qy + qz * qz));
         trajectory.push(Stamped { time, pose: Pose::new(x, y, heading), covariance: None });
         lines.push(line);
     }

@@ -62,7 +62,7 @@ impl Plan {
         let axes = covariance.symmetric_eigen();
         let [a, b] = [0, 1].map(|axis| 3.0 * axes.eigenvalues[axis].max(0.0).sqrt() * self.scale);
         let direction = axes.eigenvectors.column(0);
-        let turn = -direction.y.atan2(direction.x).to_degrees();
+        let turn = -libm::atan2(direction.y, direction.x).to_degrees();
         let (x, y) = self.place(centre);
         format!(
             r#"<ellipse class="{class}" rx="{a:.1}" ry="{b:.1}" transform="translate({x:.1} {y:.1}) rotate({turn:.1})"><title>{title}</title></ellipse>"#

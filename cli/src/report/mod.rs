@@ -1,24 +1,30 @@
-//! `report.html`: one file that says what a run found, how far it went and how certain it is.
+//! What a run found: `report.html`, one file that says how far the run went and how certain it is, and the plain
+//! files beside it. The command line and the page in the browser write them with the same code.
 //!
-//! It holds its pictures and needs no network. Drawings are SVG whose colours are the page's own variables, so
-//! that they follow the reader's light or dark setting.
+//! The report holds its pictures and needs no network. Drawings are SVG whose colours are the page's own variables,
+//! so that they follow the reader's light or dark setting.
 mod chart;
+mod corners;
 mod floor_plan;
+mod outputs;
 mod page;
 mod plots;
 mod setup;
+mod shot;
 mod subject;
 mod svg;
 
+pub use outputs::OUTPUTS;
 pub use page::page;
 pub use setup::{SettingLine, Setup};
+pub use shot::{SHOTS, Shot, shot};
 pub use subject::Subject;
 
 use crate::{
     evaluation::{MapErrors, Pair, TrajectoryErrors},
     files::{MapPoint, Stamped},
 };
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Vector2};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -31,6 +37,8 @@ pub struct Observation {
     pub frame: usize,
     /// (u, v), where a camera saw it.
     pub pixel: Option<Vector2<f32>>,
+    /// Its covariance, px²; not in the file.
+    pub pixel_covariance: Option<Matrix2<f32>>,
     /// Metres.
     pub range: Option<f32>,
     /// Radians.
@@ -50,15 +58,6 @@ pub struct Stage {
     pub name: &'static str,
     /// Milliseconds.
     pub times_ms: Vec<f64>,
-}
-
-/// A frame chosen for the report.
-#[derive(Clone, Debug)]
-pub struct Shot {
-    /// What it shows.
-    pub caption: String,
-    /// The overlay as JPEG.
-    pub jpeg: Vec<u8>,
 }
 
 /// What a run found.

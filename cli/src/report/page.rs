@@ -61,7 +61,7 @@ fn header(run: &Run) -> String {
         ("Frames used", run.frames_used.to_string(), format!("of {}", run.frames)),
         ("Landmarks", run.map.len().to_string(), String::new()),
         (matched_label(run), matched.to_string(), format!("{refused} refused")),
-        ("End, 1σ", length(x.hypot(y)), format!("{:.2}°", heading.to_degrees())),
+        ("End, 1σ", length(libm::hypot(x, y)), format!("{:.2}°", heading.to_degrees())),
     ];
     if let Some(errors) = &run.errors {
         let absolute = &errors.absolute;
@@ -100,7 +100,7 @@ fn headline(run: &Run) -> String {
     };
     let certainty = match &run.errors {
         Some(errors) => format!("{} from the true position at the end", length(errors.absolute.end_position)),
-        None => format!("position at the end known to ±{}", length(x.hypot(y))),
+        None => format!("position at the end known to ±{}", length(libm::hypot(x, y))),
     };
     format!("{:.1} m driven, {landmarks}, {certainty}.", run.path())
 }

@@ -34,7 +34,7 @@ pub(super) fn ticks([low, high]: [f64; 2], count: usize) -> Vec<f64> {
 /// The round number (1, 2 or 5 times a power of ten) nearest above `at_least`.
 pub(super) fn round_step(at_least: f64) -> f64 {
     let at_least = at_least.max(1e-9);
-    let power = 10_f64.powf(at_least.log10().floor());
+    let power = libm::pow(10.0, libm::log10(at_least).floor());
     [1.0, 2.0, 5.0, 10.0]
         .map(|factor| factor * power)
         .into_iter()
