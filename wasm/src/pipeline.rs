@@ -1,8 +1,9 @@
-//! The whole pipeline, as JavaScript drives it: odometry, then a picture in three timed steps.
+//! The whole pipeline, as JavaScript drives it: a picture and the odometry up to it, in timed steps.
 //!
 //! ```text
-//! pipeline.velocity(t, v, omega, seconds)      or increment(…): any number of readings
-//! pipeline.rows(pixels)                        smoothing, gradients, edge points
+//! pipeline.load(pixels)                        a grey picture (loadRgba: a coloured one)
+//! pipeline.velocity(t, v, omega, seconds)      or increment(…): any number of readings; without odometry moveByPicture(t)
+//! pipeline.rows()                              smoothing, gradients, edge points
 //! pipeline.lines()                             Hough, line fits, corners
 //! const report = pipeline.finish(t)            association, filter, map
 //! ```
@@ -12,17 +13,24 @@ use crate::RangeFinder;
 use crate::report::{self, Report};
 use monorange_core::Result;
 use monorange_core::image::Grey;
-use monorange_core::pipeline::{self, Config, Memory, Odometry, OnHeap};
+use monorange_core::pipeline::{self, Config, Memory, Odometry, OnHeap, VisualConfig, VisualMotion};
+use monorange_core::slam::Status;
+use monorange_protocol::{conversion::config_from_message, message::Configure};
 use wasm_bindgen::prelude::*;
 
-/// Landmarks that the map has room for.
-pub const LANDMARKS: usize = 256;
+/// Landmarks that the map has room for, as on the command line.
+pub const LANDMARKS: usize = 512;
 
 /// One camera's pictures and a robot's odometry in, pose and map out.
 #[wasm_bindgen]
 pub struct Pipeline {
     inner: pipeline::Pipeline<OnHeap>,
+    /// Made with the first picture that is asked for the motion.
+    visual: Option<VisualMotion>,
+    picture: Vec<u8>,
 }
+
+const FOREIGN_SETTINGS: &str = "the settings are no Configure message of this version";
 
 type Answer<T> = core::result::Result<T, JsError>;
 
@@ -30,16 +38,50 @@ fn sentence(error: monorange_core::Error) -> JsError {
     JsError::new(&error.to_string())
 }
 
+/// How a picture moved the robot.
+#[wasm_bindgen]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Motion {
+    /// It is the first one.
+    None = 0,
+    /// The step was measured.
+    Measured = 1,
+    /// It could not be measured: the last velocity was held.
+    Held = 2,
+}
+
 #[wasm_bindgen]
 impl Pipeline {
-    /// A pipeline with default settings for the rig of these [`PARAMETERS`](crate::range_finder::PARAMETERS)
-    /// numbers.
+    /// A pipeline for the rig of these [`PARAMETERS`](crate::range_finder::PARAMETERS) numbers. `settings` is a
+    /// `Configure` message of the co-processor's protocol, of which everything but the rig counts; empty for the
+    /// default settings.
     ///
     /// # Errors
     /// A sentence that names the parameter at fault.
     #[wasm_bindgen(constructor)]
-    pub fn from_parameters(parameters: &[f32]) -> Answer<Pipeline> {
-        Self::new(parameters).map_err(sentence)
+    pub fn from_parameters(parameters: &[f32], settings: &[u8]) -> Answer<Pipeline> {
+        let settings = match settings {
+            [] => None,
+            message => Some(postcard::from_bytes(message).map_err(|_| JsError::new(FOREIGN_SETTINGS))?),
+        };
+        Self::new(parameters, settings.as_ref()).map_err(sentence)
+    }
+
+    /// Takes a grey picture of the rig's size.
+    ///
+    /// # Errors
+    /// A sentence with both sizes where they differ.
+    pub fn load(&mut self, pixels: &[u8]) -> Answer<()> {
+        self.take(pixels.len(), pixels.iter().copied()).map_err(sentence)
+    }
+
+    /// Takes a picture of red, green, blue, alpha.
+    ///
+    /// # Errors
+    /// As [`load`](Self::load).
+    #[wasm_bindgen(js_name = loadRgba)]
+    pub fn load_rgba(&mut self, pixels: &[u8]) -> Answer<()> {
+        self.take(pixels.len() / 4, pixels.chunks_exact(4).map(luma)).map_err(sentence)
     }
 
     /// Moves the robot: speed (m/s) and turn rate (rad/s) that held for so many seconds, up to `time`.
@@ -58,22 +100,21 @@ impl Pipeline {
         self.inner.odometry(time, &Odometry::Increment { forward, left, turn, seconds }).map_err(sentence)
     }
 
-    /// Takes a grey picture of the rig's size, row by row.
+    /// Moves the robot, up to `time`, by what the picture shows since the one before.
     ///
     /// # Errors
-    /// A sentence with both sizes where they differ.
-    pub fn rows(&mut self, pixels: &[u8]) -> Answer<()> {
-        self.push(pixels).map_err(sentence)
+    /// A sentence, where time does not go on.
+    #[wasm_bindgen(js_name = moveByPicture)]
+    pub fn move_by_picture(&mut self, time: f64) -> Answer<Motion> {
+        self.see_motion(time).map_err(sentence)
     }
 
-    /// Takes a picture of red, green, blue, alpha.
+    /// Runs the picture's rows through the extractor.
     ///
     /// # Errors
-    /// As [`rows`](Self::rows).
-    #[wasm_bindgen(js_name = rowsRgba)]
-    pub fn rows_rgba(&mut self, pixels: &[u8]) -> Answer<()> {
-        let grey: Vec<u8> = pixels.chunks_exact(4).map(luma).collect();
-        self.push(&grey).map_err(sentence)
+    /// A sentence, where there is no picture.
+    pub fn rows(&mut self) -> Answer<()> {
+        self.push().map_err(sentence)
     }
 
     /// Finds lines and corners in the rows.
@@ -84,10 +125,9 @@ impl Pipeline {
         self.inner.extraction().map(|_| ()).map_err(sentence)
     }
 
-    /// The map as rows id, x, y, var_x, cov_xy, var_y, seen, first time, last time.
-    pub fn map(&self) -> Vec<f64> {
-        let filter = self.inner.filter();
-        filter.landmarks().iter().filter_map(|known| report::map_row(filter, known)).flatten().collect()
+    /// The edge points in the picture's rows, as rows u, v.
+    pub fn edges(&self) -> Vec<f32> {
+        report::edges(self.inner.config().finder.camera(), self.inner.edge_points())
     }
 
     /// Corrects pose and map by the picture's corners.
@@ -97,6 +137,25 @@ impl Pipeline {
     pub fn finish(&mut self, time: f64) -> Answer<Report> {
         self.observe(time).map_err(sentence)
     }
+
+    /// The confirmed landmarks as rows id, x, y, var_x, cov_xy, var_y, seen, first time, last time.
+    pub fn map(&self) -> Vec<f64> {
+        let filter = self.inner.filter();
+        let confirmed = filter.landmarks().iter().filter(|landmark| landmark.status == Status::Confirmed);
+        confirmed.filter_map(|known| report::map_row(filter, known)).flatten().collect()
+    }
+
+    /// The filter's verdict on itself, or `unchecked` where no corner was matched.
+    pub fn verdict(&self) -> String {
+        let health = self.inner.health();
+        if health.measurements == 0 { "unchecked" } else { health.verdict().as_str() }.to_owned()
+    }
+
+    /// Mean normalised innovation squared a degree of freedom, over the last measurements; 1 is right.
+    #[wasm_bindgen(js_name = meanNis)]
+    pub fn mean_nis(&self) -> f32 {
+        self.inner.health().mean_nis()
+    }
 }
 
 impl Pipeline {
@@ -104,18 +163,47 @@ impl Pipeline {
     ///
     /// # Errors
     /// As [`pipeline::Pipeline::new`].
-    pub fn new(parameters: &[f32]) -> Result<Self> {
+    pub fn new(parameters: &[f32], settings: Option<&Configure>) -> Result<Self> {
         let rig = RangeFinder::new(parameters)?;
-        let camera = *rig.finder().camera();
-        let config = Config { mount_std: rig.angles_and_height_std(), ..Config::new(*rig.finder()) };
-        let memory = Memory::on_heap(camera.width(), camera.height(), LANDMARKS);
-        Ok(Self { inner: pipeline::Pipeline::new(config, memory)? })
+        let finder = *rig.finder();
+        let config = settings.map_or(Ok(Config::new(finder)), config_from_message)?;
+        let config = Config { finder, mount_std: rig.angles_and_height_std(), ..config };
+        let memory = Memory::on_heap(finder.camera().width(), finder.camera().height(), LANDMARKS);
+        let picture = Vec::new();
+        Ok(Self { inner: pipeline::Pipeline::new(config, memory)?, visual: None, picture })
     }
 
-    fn push(&mut self, pixels: &[u8]) -> Result<()> {
+    fn size(&self) -> (usize, usize) {
         let camera = self.inner.config().finder;
-        let (width, height) = (camera.camera().width(), camera.camera().height());
-        let picture = Grey::new(pixels, width, height)?;
+        (camera.camera().width(), camera.camera().height())
+    }
+
+    fn take(&mut self, count: usize, pixels: impl Iterator<Item = u8>) -> Result<()> {
+        let (width, height) = self.size();
+        let expected = width * height;
+        if count != expected {
+            return Err(monorange_core::Error::Size { name: "picture", got: count, expected });
+        }
+        self.picture.clear();
+        self.picture.extend(pixels);
+        Ok(())
+    }
+
+    fn see_motion(&mut self, time: f64) -> Result<Motion> {
+        let (width, height) = self.size();
+        if self.visual.is_none() {
+            self.visual = Some(VisualMotion::new(VisualConfig::default())?);
+        }
+        let Some(visual) = &mut self.visual else { return Ok(Motion::None) };
+        let picture = Grey::new(&self.picture, width, height)?;
+        let Some(step) = visual.step(&self.inner.finder(), time, picture)? else { return Ok(Motion::None) };
+        self.inner.motion(time, &step.increment)?;
+        Ok(if step.measured { Motion::Measured } else { Motion::Held })
+    }
+
+    fn push(&mut self) -> Result<()> {
+        let (width, height) = self.size();
+        let picture = Grey::new(&self.picture, width, height)?;
         self.inner.begin();
         picture.rows().try_for_each(|row| self.inner.push_row(row))
     }
@@ -157,13 +245,14 @@ mod tests {
         let mut parameters = [0.0; crate::range_finder::PARAMETERS];
         parameters[..6].copy_from_slice(&[160.0, 120.0, 180.0, 180.0, 80.0, 60.0]);
         parameters[12..16].copy_from_slice(&[0.1, 0.1, 0.4, 0.1]);
-        Pipeline::new(&parameters).unwrap()
+        Pipeline::new(&parameters, None).unwrap()
     }
 
     #[test]
     fn a_corner_comes_out_with_its_range_and_lines() {
         let mut pipeline = small_rig();
-        pipeline.push(&corner_picture()).unwrap();
+        pipeline.take(160 * 120, corner_picture().into_iter()).unwrap();
+        pipeline.push().unwrap();
         let report = pipeline.observe(0.1).unwrap();
         let corners = report.corners();
         assert_eq!(corners.len(), report::CORNER_COLUMNS);

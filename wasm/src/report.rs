@@ -1,8 +1,8 @@
 //! What one picture brought, as rows of numbers.
-use monorange_core::geometry::{RangeFinder, range_bearing_by_floor};
-use monorange_core::lines::Extraction;
+use monorange_core::geometry::{Camera, RangeFinder, range_bearing_by_floor};
+use monorange_core::lines::{EdgePoint, Extraction};
 use monorange_core::pipeline::{self, CornerReport};
-use monorange_core::slam::{Decision, Filter, Form, Landmark};
+use monorange_core::slam::{Decision, Filter, Form, Landmark, Status};
 use nalgebra::{Matrix2, SMatrix, Vector2};
 use wasm_bindgen::prelude::*;
 
@@ -24,6 +24,8 @@ pub struct Report {
     landmarks: Vec<f32>,
     nis: f32,
     nis_degrees: u32,
+    without_range: u32,
+    no_room: u32,
 }
 
 #[wasm_bindgen]
@@ -59,7 +61,7 @@ impl Report {
         self.lines.clone()
     }
 
-    /// Rows id, x, y, var_x, cov_xy, var_y, seen: the map.
+    /// Rows id, x, y, var_x, cov_xy, var_y, seen, confirmed (1; 0 is tentative): the map.
     #[wasm_bindgen(getter)]
     pub fn landmarks(&self) -> Vec<f32> {
         self.landmarks.clone()
@@ -75,6 +77,18 @@ impl Report {
     #[wasm_bindgen(getter, js_name = nisDegrees)]
     pub fn nis_degrees(&self) -> u32 {
         self.nis_degrees
+    }
+
+    /// Corners that had no range worth the name.
+    #[wasm_bindgen(getter, js_name = withoutRange)]
+    pub fn without_range(&self) -> u32 {
+        self.without_range
+    }
+
+    /// Landmarks for which there was no room.
+    #[wasm_bindgen(getter, js_name = noRoom)]
+    pub fn no_room(&self) -> u32 {
+        self.no_room
     }
 }
 
@@ -111,6 +125,8 @@ impl Report {
                 .collect(),
             nis,
             nis_degrees,
+            without_range: seen.without_range,
+            no_room: seen.map.no_room,
         }
     }
 }
@@ -142,13 +158,14 @@ fn corner_row(corner: &CornerReport) -> [f32; CORNER_COLUMNS] {
     ]
 }
 
-fn landmark_row(filter: &PipelineFilter, landmark: &Landmark<f32>) -> Option<[f32; 7]> {
+fn landmark_row(filter: &PipelineFilter, landmark: &Landmark<f32>) -> Option<[f32; 8]> {
     let (position, c) = (filter.position(landmark)?, filter.position_covariance(landmark)?);
-    Some([landmark.id as f32, position.x, position.y, c.m11, c.m12, c.m22, landmark.seen as f32])
+    let confirmed = f32::from(u8::from(landmark.status == Status::Confirmed));
+    Some([landmark.id as f32, position.x, position.y, c.m11, c.m12, c.m22, landmark.seen as f32, confirmed])
 }
 
 pub(crate) fn map_row(filter: &PipelineFilter, landmark: &Landmark<f32>) -> Option<[f64; 9]> {
-    let [id, x, y, xx, xy, yy, seen] = landmark_row(filter, landmark)?.map(f64::from);
+    let [id, x, y, xx, xy, yy, seen, _] = landmark_row(filter, landmark)?.map(f64::from);
     Some([id, x, y, xx, xy, yy, seen, landmark.first_time, landmark.last_time])
 }
 
@@ -160,6 +177,12 @@ pub(crate) fn lines(extraction: &Extraction) -> Vec<f32> {
         [a.x, a.y, b.x, b.y]
     })
     .collect()
+}
+
+/// Edge points as rows u, v: they are kept where a camera without lens distortion would see them.
+pub(crate) fn edges(camera: &Camera<f32>, points: &[EdgePoint]) -> Vec<f32> {
+    let pixel = |point: &EdgePoint| camera.pixel_from_ray(camera.ray_from_ideal(point.ideal()));
+    points.iter().filter_map(pixel).flat_map(<[f32; 2]>::from).collect()
 }
 
 const PREDICTED_COLUMNS: usize = 7;

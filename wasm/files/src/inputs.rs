@@ -1,15 +1,16 @@
 //! The text files that come with pictures, read by the command line's own readers.
 use core::fmt::Display;
-use monorange::evaluation::Truth;
-use monorange::files::{self, Odometry, Rig, Table, memory, read_camera_info, read_times, read_trajectory};
+use monorange::evaluation::{MAX_TRUTH_GAP, Truth};
+use monorange::files::{
+    self, Control, Odometry, Rig, SETTINGS, Table, memory, read_camera_info, read_times, read_trajectory,
+};
 use monorange_core::geometry::Pose;
+use monorange_core::pipeline::{self, Config};
+use monorange_protocol::{conversion::message_from_config, message::Answers};
 use nalgebra::Vector2;
 use serde_json::json;
 use std::path::Path;
 use wasm_bindgen::prelude::*;
-
-/// Seconds over which truth is interpolated.
-const MAX_GAP: f64 = 2.0;
 
 type Answer<T> = Result<T, JsError>;
 
@@ -30,13 +31,18 @@ pub fn forget_all() {
 }
 
 /// The rig in a TOML file, as JSON: `width`, `height`, `focal`, `principal`, `skew`, `distortion`, `pixelStd`,
-/// and `mount` and `mountStd` with six numbers each (m, rad).
+/// `mount` and `mountStd` with six numbers each (m, rad), and the pipeline's settings twice: `settings`, the bytes of
+/// a `Configure` message as the pipeline's constructor takes them, and `settingsToml`, those that differ from their
+/// defaults, as the rig file has them.
 ///
 /// # Errors
 /// A sentence with the file, the line and the key.
 #[wasm_bindgen]
 pub fn rig(path: &str) -> Answer<String> {
-    let Rig { finder, pixel_std, mount_std, .. } = Rig::read(Path::new(path)).map_err(sentence)?;
+    let Rig { finder, pixel_std, mount_std, settings } = Rig::read(Path::new(path)).map_err(sentence)?;
+    let mut buffer = [0; 1024];
+    let message = message_from_config(&settings, NO_ANSWERS);
+    let message: &[u8] = postcard::to_slice(&message, &mut buffer).map_err(sentence)?;
     let (camera, lens) = (finder.camera(), finder.camera().distortion());
     Ok(json!({
         "width": camera.width(),
@@ -48,8 +54,31 @@ pub fn rig(path: &str) -> Answer<String> {
         "pixelStd": pixel_std,
         "mount": finder.mount().parameters(),
         "mountStd": mount_std,
+        "settings": message,
+        "settingsToml": changed_settings(&settings),
     })
     .to_string())
+}
+
+/// What a device would send of its own accord; here there is none.
+const NO_ANSWERS: Answers = Answers { observations: false, map_every: 0, statistics_every: 0 };
+
+/// The settings that differ from their defaults, as sections of a rig file.
+fn changed_settings(config: &Config) -> String {
+    let defaults = Config::new(config.finder);
+    let (mut toml, mut section) = (String::new(), "");
+    for setting in SETTINGS {
+        let value = setting.toml(config);
+        if value == setting.toml(&defaults) {
+            continue;
+        }
+        if section != setting.section {
+            section = setting.section;
+            toml += &format!("\n[{section}]\n");
+        }
+        toml += &format!("{} = {value}\n", setting.key);
+    }
+    toml
 }
 
 /// The camera in a file of ROS, OpenCV or Kalibr, as JSON with the names of [`rig`] but for the mount's.
@@ -87,7 +116,7 @@ pub fn times(path: &str) -> Answer<Vec<f64>> {
 #[wasm_bindgen]
 pub fn truth(path: &str, times: &[f64]) -> Answer<Vec<f64>> {
     let poses = read_trajectory(Path::new(path)).map_err(sentence)?;
-    let truth = Truth::new(&poses, MAX_GAP);
+    let truth = Truth::new(&poses, MAX_TRUTH_GAP);
     let poses: Vec<_> = times.iter().map(|time| truth.at(*time)).collect();
     let first_from_world = poses.iter().flatten().next().copied().unwrap_or_default().inverse();
     let row = |pose: Option<Pose<f64>>| match pose.map(|pose| first_from_world.compose(&pose)) {
@@ -107,7 +136,7 @@ pub fn laser(path: &str, truth_path: Option<String>, start: f64, most: usize) ->
     let points =
         Table::read(Path::new(path)).and_then(|table| table.numbers(["x", "y"])).map_err(sentence)?;
     let truth = truth_path.map(|path| read_trajectory(Path::new(&path))).transpose().map_err(sentence)?;
-    let first = truth.and_then(|poses| Truth::new(&poses, MAX_GAP).at(start)).unwrap_or_default();
+    let first = truth.and_then(|poses| Truth::new(&poses, MAX_TRUTH_GAP).at(start)).unwrap_or_default();
     let kept = points.iter().step_by(points.len().div_ceil(most.max(1)).max(1));
     let rows = kept.flat_map(|[x, y]| {
         let point = first.inverse_transform(Vector2::new(*x, *y));
@@ -136,13 +165,18 @@ impl Wheels {
         Ok(Self { odometry })
     }
 
-    /// The motions from one time to a later one, as rows: speed ahead, to the left (m/s), turn rate (rad/s),
-    /// duration (s).
+    /// The readings from one time to a later one, as rows: duration (s); 0 for a speed ahead (m/s) and a turn rate
+    /// (rad/s) and another 0, or 1 for a step ahead, to the left (m), and its turn (rad).
     pub fn between(&self, from: f64, to: f64) -> Vec<f64> {
-        let motions = self.odometry.between(from, to).into_iter();
-        motions
-            .flat_map(|motion| [motion.velocity.x, motion.velocity.y, motion.turn_rate, motion.duration])
-            .collect()
+        let row = |motion: &Control| match motion.reading() {
+            pipeline::Odometry::Velocity { v, omega, .. } => {
+                [motion.duration, 0.0, v.into(), omega.into(), 0.0]
+            }
+            pipeline::Odometry::Increment { forward, left, turn, .. } => {
+                [motion.duration, 1.0, forward.into(), left.into(), turn.into()]
+            }
+        };
+        self.odometry.between(from, to).iter().flat_map(row).collect()
     }
 }
 

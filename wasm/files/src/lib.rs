@@ -3,13 +3,10 @@
 //! | module | in JavaScript |
 //! |---|---|
 //! | [`inputs`] | `rig`, `camera`, `times`, `truth`, `Wheels`: the readers of `monorange` |
-//! | [`results`] | `Results`: the writers of `monorange` |
 //! | [`sample`] | `Sample`: the simulated sequence, as the files that `monorange simulate` would write |
 #![warn(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
 pub mod inputs;
-pub mod results;
 pub mod sample;
 
-pub use results::Results;
 pub use sample::Sample;
