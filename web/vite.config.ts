@@ -21,6 +21,8 @@ function offline(): Plugin {
   };
 }
 
+const inBrowser = { expect: { poll: { timeout: 20_000 } }, testTimeout: 120_000, hookTimeout: 60_000, fileParallelism: false };
+
 export default defineConfig({
   // Relative, so that the page works from any folder of any static host.
   base: './',
@@ -32,7 +34,10 @@ export default defineConfig({
   test: {
     projects: [
       { test: { name: 'unit', include: ['src/**/*.test.ts'] } },
-      { test: { name: 'browser', include: ['tests/**/*.test.ts'], expect: { poll: { timeout: 20_000 } }, testTimeout: 120_000, hookTimeout: 60_000, fileParallelism: false } },
+      { test: { name: 'browser', include: ['tests/**/*.test.ts'], ...inBrowser } },
+      // Not tests, but run like them: `npm run screenshots`, `npm run bench`.
+      { test: { name: 'screenshots', include: ['tools/screenshots.ts'], ...inBrowser } },
+      { test: { name: 'bench', include: ['tools/bench.ts'], ...inBrowser } },
     ],
   },
 });

@@ -25,6 +25,8 @@ import { mountTheme } from './theme/switch.ts';
 import { Player } from './timeline/player.ts';
 import { Timeline } from './timeline/timeline.ts';
 
+/** A video without a calibration is made smaller than this. */
+const MOST_VIDEO_PIXELS = 640 * 480;
 const SAMPLE = { frames: 300, walkers: 3, seed: 1 };
 
 const store = new Store({
@@ -33,6 +35,7 @@ const store = new Store({
   results: [],
   frame: 0,
   picture: null,
+  edges: null,
   playing: false,
   ...withHash(location.hash, guessedRig(320, 240), defaultLayers()),
   selected: null,
@@ -46,6 +49,8 @@ const store = new Store({
 
 const engine = new Engine();
 let runs = 0;
+/** The settings of a link are for the first pictures that are opened. */
+let linked = location.hash !== '';
 /** The rig as it was opened; the address says what was changed since. */
 let given = guessedRig(320, 240);
 let video: Video | null = null;
@@ -54,11 +59,10 @@ const player = new Player(store, (frame) => engine.call('picture', { frame }));
 
 async function start(): Promise<void> {
   mountTheme();
-  mountLayers(store);
+  // A layer goes into the address too, but is no step back.
+  mountLayers(store, () => history.replaceState(null, '', hashOf(store.state.rig, store.state.layers)));
   mountStatus(store);
-  const before = performance.now();
   await init();
-  performance.measure('wasm-init', { start: before });
   const camera = new CameraView(store);
   const map = new MapView(store, () => camera.ground);
   new Timeline(store, (frame) => player.show(frame));
@@ -71,13 +75,13 @@ async function start(): Promise<void> {
   byId('cancel').addEventListener('click', () => (live ? stopLive() : engine.cancel()));
   for (const id of ['camera', 'empty-camera']) byId(id).addEventListener('click', () => void openLive());
   engine.onWanted = async (frame) => (await video?.frame(frame)) ?? null;
-  engine.onResults = ({ run: number, results, picture, secondsLeft }) => {
-    if (number !== runs) return picture?.close();
+  engine.onResults = ({ run: number, results, shown, secondsLeft }) => {
+    if (number !== runs) return shown?.picture.close();
     const last = results.at(-1)?.index ?? 0;
     for (const { problem } of results) if (problem) say(`${problem}. It is skipped.`);
     store.set({ results: [...store.state.results, ...results], secondsLeft });
-    if (picture && player.following) player.showWith(last, picture);
-    else picture?.close();
+    if (shown && player.following) player.showWith(last, shown);
+    else shown?.picture.close();
   };
   store.on(['phase', 'results', 'sequence'], ({ phase, results, sequence }) => {
     document.body.dataset['phase'] = phase;
@@ -94,6 +98,7 @@ async function start(): Promise<void> {
 /** The first frame of the sample, already a range finder. */
 async function showEmpty(): Promise<void> {
   store.set({ phase: 'empty' });
+  performance.mark('ready');
   try {
     const { picture, rig } = await engine.call('preview', null);
     if (store.state.phase !== 'empty') return picture.close();
@@ -124,17 +129,19 @@ async function openSample(): Promise<void> {
 
 async function open(files: SourceFile[]): Promise<void> {
   const found = files.find(({ path }) => kindOf(path) === 'video');
-  if (found && !files.some(({ path }) => kindOf(path) === 'picture')) return openVideo(found);
+  if (found && !files.some(({ path }) => kindOf(path) === 'picture')) return openVideo(found, files.filter((file) => file !== found));
   if (files.length > 0) await begin(() => engine.call('open', { files }));
 }
 
-async function openVideo({ path, blob }: SourceFile): Promise<void> {
+async function openVideo({ path, blob }: SourceFile, files: SourceFile[]): Promise<void> {
   await begin(async () => {
-    const next = await Video.open(path, blob);
+    // A calibration is for the pictures as they are; without one they need not be larger than what is looked for in them.
+    const calibrated = files.some((file) => ['rig', 'camera'].includes(kindOf(file.path)));
+    const next = await Video.open(path, blob, calibrated ? Infinity : MOST_VIDEO_PIXELS);
     video?.close();
     video = next;
     const { frames, interval, width, height } = next;
-    return engine.call('openStream', { name: path, frames, interval, width, height });
+    return engine.call('openVideo', { name: path, frames, interval, width, height, files });
   });
 }
 
@@ -149,9 +156,10 @@ async function begin(opening: () => Promise<SequenceInfo>): Promise<void> {
     const rig = sequence.rig ?? guessedRig(sequence.width, sequence.height);
     given = rig;
     for (const note of sequence.notes) say(note, 'note');
+    if (!linked || sequence.frames.length === 0) history.replaceState(null, '', location.pathname + location.search);
+    linked = false;
     if (sequence.frames.length === 0) {
       // Only a rig: it is tried on whatever is on show.
-      history.replaceState(null, '', location.pathname + location.search);
       return store.set({ rig, phase: before === 'opening' ? 'empty' : before, setupOpen: true });
     }
     player.reset();
@@ -197,10 +205,10 @@ async function openLive(): Promise<void> {
     const begin = performance.now();
     for (let index = 0; live === camera; index += 1) {
       const [shown, computed] = await Promise.all([camera.frame(), camera.frame()]);
-      const result = await engine.call('live', { picture: computed, t: (performance.now() - begin) / 1000, index }, [computed]);
+      const { result, edges } = await engine.call('live', { picture: computed, t: (performance.now() - begin) / 1000, index }, [computed]);
       if (live !== camera) return shown.close();
       store.set({ results: [...store.state.results, result] });
-      player.showWith(index, shown);
+      player.showWith(index, { picture: shown, edges });
     }
   } catch (error) {
     stopLive();
@@ -209,7 +217,7 @@ async function openLive(): Promise<void> {
 }
 
 function liveSequence({ width, height }: LiveCamera): SequenceInfo {
-  return { name: 'Camera', frames: [], times: new Float64Array(), width, height, rig: null, truth: null, laser: null, hasOdometry: false, notes: [] };
+  return { name: 'Camera', frames: [], times: new Float64Array(), width, height, rig: null, truth: null, laser: null, motion: 'pictures', notes: [] };
 }
 
 function stopLive(): void {

@@ -53,15 +53,19 @@ test('the empty page is a range finder: the pointer reads a range, the sky has n
   await expect.poll(() => page.locator('#readout').innerText()).toContain('Above the horizon');
 });
 
-test('the wasm is ready within 100 ms', async () => {
+test('the page is ready within 100 ms of its load', async () => {
   const took: number[] = [];
   // The least of a few: other work on the machine only ever adds.
   for (let visit = 0; visit < 5; visit += 1) {
     await page.reload();
     await waitForPhase(page, 'empty');
-    took.push(await page.evaluate(() => performance.getEntriesByName('wasm-init')[0]?.duration ?? NaN));
+    took.push(await page.evaluate(() => {
+      const [load] = performance.getEntriesByType('navigation') as PerformanceNavigationTiming[];
+      const ready = performance.getEntriesByName('ready')[0]?.startTime ?? NaN;
+      return Math.max(0, ready - (load?.loadEventEnd ?? NaN));
+    }));
   }
-  console.log(`ms until the wasm is ready: ${took.map((time) => time.toFixed(0)).join(', ')}`);
+  console.log(`ms from load until ready: ${took.map((time) => time.toFixed(0)).join(', ')}`);
   if (isQuiet()) expect(Math.min(...took)).toBeLessThan(100);
 });
 
@@ -74,12 +78,7 @@ test('two clicks measure a distance with its uncertainty', async () => {
   await page.waitForSelector('#tape-clear', { state: 'hidden' });
 });
 
-test('the sample ends in a map, and the main thread stays free', async () => {
-  await page.evaluate(() => {
-    const long: number[] = [];
-    new PerformanceObserver((list) => long.push(...list.getEntries().map((entry) => entry.duration))).observe({ type: 'longtask' });
-    Object.assign(window, { long });
-  });
+test('the sample ends in a map', async () => {
   await page.click('#sample');
   await waitForPhase(page, 'done');
   expect(await status()).toMatch(/^Frame 300 of 300 · \d+ corners?.* · \d+(\.\d)? ms · position ±\d/);
@@ -87,8 +86,105 @@ test('the sample ends in a map, and the main thread stays free', async () => {
   expect(map.length).toBeGreaterThan(5);
   const trajectory = (await exported(page, 'trajectory.tum')).trim().split('\n');
   expect(trajectory.length).toBe(300);
-  const long = await page.evaluate(() => (window as unknown as { long: number[] }).long);
-  console.log(`longest tasks of the main thread, ms: ${long.sort((a, b) => b - a).slice(0, 3).join(', ') || 'none above 50'}`);
+});
+
+test('the main thread is never blocked for more than 50 ms', async () => {
+  const longest: number[] = [];
+  for (let attempt = 0; attempt < 3; attempt += 1) {
+    await page.evaluate(() => {
+      const long: number[] = [];
+      new PerformanceObserver((list) => long.push(...list.getEntries().map((entry) => entry.duration))).observe({ type: 'longtask' });
+      Object.assign(window, { long });
+    });
+    await page.click('#sample');
+    await waitForPhase(page, 'done');
+    // The observer hears of a task after it has ended.
+    await page.waitForTimeout(100);
+    longest.push(await page.evaluate(() => Math.max(0, ...(window as unknown as { long: number[] }).long)));
+    if (longest.at(-1) === 0 || !isQuiet()) break;
+    await page.reload();
+    await waitForPhase(page, 'empty');
+  }
+  console.log(`longest task of the main thread above 50 ms: ${longest.join(', ')} (0 is none)`);
+  if (isQuiet()) expect(Math.min(...longest)).toBe(0);
+});
+
+test('everything on the export menu can be saved and read again', async () => {
+  await openFiles([1, 2, 3].map((index) => ({ name: `${index}.png`, buffer: png(320, 240, (u, v) => (v > 150 ? 60 : u > 150 + index ? 180 : 120)) })));
+  await waitForPhase(page, 'done');
+  const names = await page.locator('#export-menu button').evaluateAll((buttons) => buttons.map((button) => button.firstChild?.textContent ?? ''));
+  expect(names.length).toBeGreaterThan(8);
+  for (const name of names) expect((await exported(page, name)).length, name).toBeGreaterThan(20);
+  expect(await exported(page, 'report.html')).toMatch(/<h1>[\d.]+ m driven, .*data:image\/jpeg;base64/s);
+  const report = JSON.parse(await exported(page, 'report.json')) as { frames: number; frames_used: number };
+  expect(report).toMatchObject({ frames: 3, frames_used: 3 });
+  const rows = (await exported(page, 'observations.csv')).trim().split('\n');
+  expect(rows[0]).toBe('t,frame,u,v,range,bearing,landmark,decision,nis');
+});
+
+test('a video file is decoded frame by frame, moved by what it shows', async () => {
+  await page.evaluate(async () => {
+    const canvas = document.createElement('canvas');
+    [canvas.width, canvas.height] = [320, 240];
+    const context = canvas.getContext('2d')!;
+    const recorder = new MediaRecorder(canvas.captureStream(20));
+    const parts: Blob[] = [];
+    recorder.ondataavailable = ({ data }) => parts.push(data);
+    const ended = new Promise((done) => (recorder.onstop = done));
+    recorder.start();
+    for (let frame = 0; frame < 20; frame += 1) {
+      context.fillStyle = `hsl(0 0% ${40 + frame}%)`;
+      context.fillRect(0, 0, 320, 240);
+      await new Promise((done) => setTimeout(done, 50));
+    }
+    recorder.stop();
+    await ended;
+    const transfer = new DataTransfer();
+    transfer.items.add(new File(parts, 'drive.webm', { type: 'video/webm' }));
+    document.body.dispatchEvent(new DragEvent('drop', { dataTransfer: transfer, bubbles: true, cancelable: true }));
+  });
+  await waitForPhase(page, 'done');
+  expect(await status()).toMatch(/Frame (\d+) of \1 /);
+  expect(await message()).toBe('');
+});
+
+test('a live camera is mapped until it is stopped', async () => {
+  await page.click('#camera');
+  await waitForPhase(page, 'live');
+  await expect.poll(status, { timeout: 30_000 }).toMatch(/Frame ([3-9]|\d\d) of/);
+  await page.click('#cancel');
+  await waitForPhase(page, 'cancelled');
+  expect((await exported(page, 'trajectory.tum')).trim().split('\n').length).toBeGreaterThan(2);
+});
+
+test('a picture from the clipboard is opened', async () => {
+  const bytes = [...png(320, 240, () => 90)];
+  await page.evaluate((data) => {
+    const transfer = new DataTransfer();
+    transfer.items.add(new File([Uint8Array.from(data)], 'pasted.png', { type: 'image/png' }));
+    dispatchEvent(new ClipboardEvent('paste', { clipboardData: transfer }));
+  }, bytes);
+  await waitForPhase(page, 'done');
+  expect(await status()).toContain('Frame 1 of 1');
+});
+
+test('by keyboard alone: sample, play, step, range, tape', async () => {
+  await page.locator('#empty-sample').focus();
+  await page.keyboard.press('Enter');
+  await waitForPhase(page, 'done');
+  await page.locator('#timeline').focus();
+  await page.keyboard.press('Home');
+  await page.keyboard.press('ArrowRight');
+  await expect.poll(status).toContain('Frame 2 of 300');
+  await page.locator('#camera-view').focus();
+  await page.keyboard.press('ArrowLeft');
+  await expect.poll(() => page.locator('#readout').innerText()).toMatch(/ m ± /);
+  await page.keyboard.press('Enter');
+  for (let step = 0; step < 3; step += 1) await page.keyboard.press('Shift+ArrowRight');
+  await page.keyboard.press('Enter');
+  await page.waitForSelector('#tape-clear:not([hidden])');
+  await page.keyboard.press('Escape');
+  await page.waitForSelector('#tape-clear', { state: 'hidden' });
 });
 
 test('cancel ends a run and keeps what is done', async () => {

@@ -23,6 +23,8 @@ export interface State {
   frame: number;
   /** Its picture, or null while it is decoded. */
   picture: ImageBitmap | null;
+  /** Its edge points, rows u, v. */
+  edges: Float32Array | null;
   playing: boolean;
   rig: Rig;
   /** A landmark's number, lit up in every view. */

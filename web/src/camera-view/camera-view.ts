@@ -19,6 +19,10 @@ export class CameraView {
   readonly #viewport = new Viewport(false);
   readonly #readout = byId<HTMLOutputElement>('readout');
   #ground: Ground | null = null;
+  readonly #floor = new OffscreenCanvas(1, 1);
+  /** What grid and horizon were drawn for. */
+  #floorView = '';
+  #floorGround: Ground | null = null;
   /** The person has moved the picture; it is fitted no more. */
   #moved = false;
 
@@ -182,9 +186,9 @@ export class CameraView {
     context.rect(corner.x, corner.y, width, height);
     context.clip();
     const ground = this.#ground;
-    if (ground && layers['grid']) overlay.drawGrid(scene, ground);
-    if (ground && layers['horizon']) overlay.drawHorizon(scene, ground);
+    if (ground) this.#drawFloor(scene, ground, layers['grid'] ?? true, layers['horizon'] ?? true);
     const result = resultOf(state);
+    if (state.edges && layers['edges']) overlay.drawEdges(scene, state.edges);
     if (result) {
       if (layers['lines']) overlay.drawLines(scene, result);
       if (layers['predicted']) overlay.drawPredicted(scene, result, selected);
@@ -200,6 +204,23 @@ export class CameraView {
       const at = viewport.toScreen(state.pointer.u, state.pointer.v);
       overlay.drawCrosshair(scene, at.x, at.y);
     }
+  }
+
+  /** Grid and horizon, which stay as they are while pictures go by: drawn once for a view of a rig. */
+  #drawFloor(scene: overlay.Scene, ground: Ground, grid: boolean, horizon: boolean): void {
+    const { element } = this.canvas;
+    const { scale, offset } = this.#viewport;
+    const view = [element.width, element.height, scale, offset.x, offset.y, grid, horizon].join();
+    if (this.#floorView !== view || this.#floorGround !== ground) {
+      [this.#floorView, this.#floorGround] = [view, ground];
+      [this.#floor.width, this.#floor.height] = [element.width, element.height];
+      const context = this.#floor.getContext('2d') as unknown as CanvasRenderingContext2D;
+      context.setTransform(element.width / this.canvas.width, 0, 0, element.height / this.canvas.height, 0, 0);
+      const floor = { ...scene, context };
+      if (grid) overlay.drawGrid(floor, ground);
+      if (horizon) overlay.drawHorizon(floor, ground);
+    }
+    scene.context.drawImage(this.#floor, 0, 0, this.canvas.width, this.canvas.height);
   }
 
   #drawTape(scene: overlay.Scene, { tape, pointer }: Readonly<State>): void {

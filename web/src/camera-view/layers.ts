@@ -20,9 +20,10 @@ const CAMERA: Layer[] = [
   { name: 'ranges', label: 'Ranges', glyph: 'text', colour: 'text', hint: 'Number, range and ±σ of each corner' },
   { name: 'predicted', label: 'Predicted', glyph: 'ellipse', colour: 'predicted', hint: 'Where the map expects its landmarks: 2σ' },
   { name: 'refused', label: 'Refused', glyph: 'ring', colour: 'refused', hint: 'Corners that were refused; point at one for the reason' },
+  { name: 'edges', label: 'Edges', glyph: 'dots', colour: 'predicted', hint: 'Edge points: what lines are looked for in', off: true },
   { name: 'lines', label: 'Lines', glyph: 'line', colour: 'seen', hint: 'Straight lines found' },
   { name: 'horizon', label: 'Horizon', glyph: 'dashed', colour: 'text', hint: 'The horizon' },
-  { name: 'grid', label: 'Floor grid', glyph: 'grid', colour: 'quiet', hint: 'Floor grid of 1 m, bold every 5 m' },
+  { name: 'grid', label: 'Grid', glyph: 'grid', colour: 'quiet', hint: 'Floor grid of 1 m, bold every 5 m' },
 ];
 
 const MAP: Layer[] = [
@@ -38,13 +39,14 @@ export function defaultLayers(): Record<string, boolean> {
   return Object.fromEntries([...CAMERA, ...MAP].map(({ name, off }) => [name, !off]));
 }
 
-export function mountLayers(store: Store): void {
+export function mountLayers(store: Store, changed: () => void): void {
   for (const [id, layers] of [['layers', CAMERA], ['map-layers', MAP]] as const) {
     const chips = layers.map((layer) => {
       const chip = element('button', { class: 'chip', title: layer.hint, 'data-layer': layer.name }, glyph(layer), layer.label);
       chip.addEventListener('click', () => {
         const now = store.state.layers;
         store.set({ layers: { ...now, [layer.name]: !now[layer.name] } });
+        changed();
       });
       return chip;
     });

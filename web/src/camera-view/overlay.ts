@@ -133,6 +133,15 @@ export function drawHorizon(scene: Scene, ground: Ground): void {
   context.restore();
 }
 
+export function drawEdges({ context, viewport, colours }: Scene, rows: Float32Array): void {
+  const size = Math.max(2, viewport.scale * 0.8);
+  context.fillStyle = colours.predicted;
+  for (let row = 0; row + 1 < rows.length; row += 2) {
+    const { x, y } = viewport.toScreen(rows[row] ?? 0, rows[row + 1] ?? 0);
+    context.fillRect(x - size / 2, y - size / 2, size, size);
+  }
+}
+
 export function drawLines(scene: Scene, result: FrameResult): void {
   const { context, viewport, colours } = scene;
   for (const [colour, width] of [['rgb(0 0 0 / 40%)', 2.6], [colours.seen, 1.2]] as const) {

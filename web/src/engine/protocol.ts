@@ -25,13 +25,13 @@ export const DECISION_NAMES = ['matched', 'new', 'refused: too far from its land
 /** Columns of a predicted landmark's row: the pixel and its covariance, and the corner matched (−1: none). */
 export const PREDICTED = { landmark: 0, u: 1, v: 2, varU: 3, covUV: 4, varV: 5, corner: 6, width: 7 } as const;
 
-/** Columns of a landmark's row, in the world. */
-export const LANDMARK = { id: 0, x: 1, y: 2, varX: 3, covXY: 4, varY: 5, seen: 6, width: 7 } as const;
+/** Columns of a landmark's row, in the world; `confirmed` is 0 while it is tentative. */
+export const LANDMARK = { id: 0, x: 1, y: 2, varX: 3, covXY: 4, varY: 5, seen: 6, confirmed: 7, width: 8 } as const;
 
 /** Columns of a line's row, in pixels. */
 export const LINE = { u0: 0, v0: 1, u1: 2, v1: 3, width: 4 } as const;
 
-export const STAGES = ['decode', 'edges', 'lines', 'map'] as const;
+export const STAGES = ['decode', 'edges', 'lines', 'motion', 'map'] as const;
 
 export interface FrameResult {
   index: number;
@@ -50,8 +50,19 @@ export interface FrameResult {
   /** Normalised innovation squared a matched corner, on average, and how many numbers it sums. */
   nis: number;
   nisDegrees: number;
+  /** Corners that had no range worth the name, and landmarks for which there was no room. */
+  withoutRange: number;
+  noRoom: number;
+  /** The motion came from the pictures, and this one could not tell it. */
+  motionHeld: boolean;
   /** Milliseconds a stage, in the order of `STAGES`. */
   stages: Float32Array;
+}
+
+/** A picture for the screen, with the edge points in it as rows u, v where it was looked through. */
+export interface Shown {
+  picture: ImageBitmap;
+  edges: Float32Array | null;
 }
 
 export interface SequenceInfo {
@@ -66,7 +77,8 @@ export interface SequenceInfo {
   truth: Float32Array | null;
   /** x, y pairs of a laser's hits in the world. */
   laser: Float32Array | null;
-  hasOdometry: boolean;
+  /** Where the motion comes from. */
+  motion: 'odometry' | 'pictures' | 'none';
   /** Sentences about files that were left aside. */
   notes: string[];
 }
@@ -84,11 +96,11 @@ export interface Calls {
   preview: { ask: null; answer: { picture: ImageBitmap; rig: Rig } };
   sample: { ask: { frames: number; walkers: number; seed: number }; answer: SequenceInfo };
   open: { ask: { files: SourceFile[] }; answer: SequenceInfo };
-  openStream: { ask: { name: string; frames: number; interval: number; width: number; height: number }; answer: SequenceInfo };
-  picture: { ask: { frame: number }; answer: ImageBitmap };
+  openVideo: { ask: { name: string; frames: number; interval: number; width: number; height: number; files: SourceFile[] }; answer: SequenceInfo };
+  picture: { ask: { frame: number }; answer: Shown };
   run: { ask: RunSettings; answer: 'done' | 'cancelled' };
   startLive: { ask: { rig: Rig }; answer: void };
-  live: { ask: { picture: ImageBitmap; t: number; index: number }; answer: FrameResult };
+  live: { ask: { picture: ImageBitmap; t: number; index: number }; answer: { result: FrameResult; edges: Float32Array } };
   write: { ask: { name: string }; answer: string };
 }
 
@@ -102,6 +114,6 @@ export type Request =
 export type Reply =
   | { kind: 'answer'; id: number; answer: unknown }
   | { kind: 'failure'; id: number; sentence: string }
-  | { kind: 'results'; run: number; results: FrameResult[]; picture: ImageBitmap | null; secondsLeft: number }
+  | { kind: 'results'; run: number; results: FrameResult[]; shown: Shown | null; secondsLeft: number }
   /** A frame of a video or a camera, which only the page can decode. */
   | { kind: 'wanted'; id: number; frame: number };

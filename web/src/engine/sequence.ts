@@ -1,6 +1,6 @@
 /** A sequence of pictures with what came beside them; pictures are decoded when they are asked for. */
 import { count } from '../app/units.ts';
-import { isLitter, kindOf, mainFolder, naturalOrder, type Kind } from '../sequence/kinds.ts';
+import { isLitter, kindOf, mainFolder, type Kind } from '../sequence/kinds.ts';
 import { decode, type Picture } from '../sequence/picture.ts';
 import { DEGREE, guessedRig, type Mount, type Rig } from '../setup/rig.ts';
 import { loadFiles, type Files } from './files.ts';
@@ -17,20 +17,39 @@ export interface Frame {
   decode(): Promise<Picture>;
 }
 
+/** Pictures of a video, which only the page can decode. */
+export interface Stream {
+  name: string;
+  frames: Frame[];
+  /** Seconds between them. */
+  interval: number;
+  width: number;
+  height: number;
+}
+
 const BESIDE = ['rig', 'camera', 'times', 'odometry', 'truth', 'laser'] as const;
+/** Above this the motion is not looked for in the pictures: a browser has no room for their keypoints. */
+const MOST_PIXELS_FOR_MOTION = 2_500_000;
 /** More would only be drawn over one another. */
 const MOST_LASER_POINTS = 20_000;
 
-/** The motions between two times: rows of speed ahead, to the left, turn rate, duration. */
-type Wheels = InstanceType<Files['Wheels']>;
+/** The odometry's readings between two times. */
+export type Wheels = InstanceType<Files['Wheels']>;
+
+/** Files that a report compares the run with. */
+export type Beside = Partial<Record<'truth' | 'laser' | 'landmarks', { path: string; content: Uint8Array }>>;
 
 export class Sequence {
   readonly info: SequenceInfo;
   readonly frames: Frame[];
   wheels: Wheels | null = null;
+  readonly beside: Beside = {};
+  /** As the command line names a run: the folder of frames and the one that it is in. */
+  readonly title: string;
 
   constructor(name: string, frames: Frame[], width: number, height: number) {
     this.frames = frames;
+    this.title = frames[0]?.path.split('/').slice(0, -1).slice(-2).join('/') || name;
     this.info = {
       name,
       frames: frames.map(({ path }) => baseName(path)),
@@ -40,7 +59,7 @@ export class Sequence {
       rig: null,
       truth: null,
       laser: null,
-      hasOdometry: false,
+      motion: motionWithoutOdometry(frames.length, width * height),
       notes: [],
     };
   }
@@ -49,13 +68,20 @@ export class Sequence {
    * The sequence in these files, which may lack pictures when they hold a rig. Throws a sentence where they hold
    * neither, or where one of them is wrong.
    */
-  static async of(all: Source[]): Promise<Sequence> {
+  static async of(all: Source[], stream: Stream | null = null): Promise<Sequence> {
     const sources = all.filter(({ path }) => !isLitter(path));
     const byKind = new Map<Kind, Source[]>();
     for (const source of sources) {
       const kind = kindOf(source.path);
       byKind.set(kind, [...(byKind.get(kind) ?? []), source]);
     }
+    if (stream) {
+      const sequence = new Sequence(stream.name, stream.frames, stream.width, stream.height);
+      sequence.info.times = Float64Array.from(stream.frames, (_, frame) => frame * stream.interval);
+      await sequence.#readBeside(byKind);
+      return sequence;
+    }
+    const { natural_order: naturalOrder } = await loadFiles();
     const paths = mainFolder((byKind.get('picture') ?? []).map(({ path }) => path)).sort(naturalOrder);
     const byPath = new Map(sources.map((source) => [source.path, source]));
     const frames = paths.map((path): Frame => ({ path, decode: () => decode(path, byPath.get(path)?.blob() ?? new Blob()) }));
@@ -64,7 +90,10 @@ export class Sequence {
     const size = frames.length > 0 ? await firstSize(frames) : { width: 0, height: 0 };
     const folder = paths[0]?.includes('/') ? paths[0].slice(0, paths[0].indexOf('/')) : '';
     const sequence = new Sequence(folder || count(frames.length, 'picture'), frames, size.width, size.height);
-    if (BESIDE.some((kind) => byKind.has(kind))) await sequence.#readBeside(byKind);
+    await sequence.#readBeside(byKind);
+    if (frames.length > 1 && sequence.info.motion === 'none') {
+      sequence.info.notes.push('There is no odometry, and the pictures are too large to find the motion in them: the robot stands still. Make them smaller, or add odometry.csv.');
+    }
     for (const { path } of byKind.get('other') ?? []) {
       if (frames.length > 0) sequence.info.notes.push(`${baseName(path)} is not used: it is neither a picture nor a file that a sequence needs.`);
     }
@@ -72,6 +101,7 @@ export class Sequence {
   }
 
   async #readBeside(byKind: Map<Kind, Source[]>): Promise<void> {
+    if (!BESIDE.some((kind) => byKind.has(kind))) return;
     const { info } = this;
     const files = await loadFiles();
     files.forget_all();
@@ -98,12 +128,16 @@ export class Sequence {
     const odometry = one('odometry');
     if (odometry) {
       this.wheels = new files.Wheels(odometry, info.times);
-      info.hasOdometry = true;
+      info.motion = 'odometry';
     }
     const truth = one('truth');
     if (truth) info.truth = Float32Array.from(files.truth(truth, info.times));
     const laser = one('laser');
     if (laser) info.laser = files.laser(laser, truth, info.times[0] ?? 0, MOST_LASER_POINTS);
+    for (const [kind, path] of Object.entries({ truth, laser, landmarks: one('landmarks') })) {
+      const source = byKind.get(kind as Kind)?.find((file) => file.path === path);
+      if (path && source) this.beside[kind as keyof Beside] = { path, content: new Uint8Array(await source.blob().arrayBuffer()) };
+    }
   }
 
   #checkSize(): void {
@@ -130,7 +164,11 @@ export class Sequence {
   }
 }
 
-type RigAnswer = Pick<Rig, 'width' | 'height' | 'focal' | 'principal' | 'skew' | 'distortion'> & {
+function motionWithoutOdometry(frames: number, pixels: number): SequenceInfo['motion'] {
+  return frames > 1 && pixels <= MOST_PIXELS_FOR_MOTION ? 'pictures' : 'none';
+}
+
+type RigAnswer = Pick<Rig, 'width' | 'height' | 'focal' | 'principal' | 'skew' | 'distortion'> & Partial<Pick<Rig, 'settings' | 'settingsToml'>> & {
   pixelStd?: [number, number];
   mount?: number[];
   mountStd?: number[];

@@ -3,19 +3,22 @@ import { init } from 'monorange-wasm';
 import { type Picture, bitmapOf, pixelsOf } from '../sequence/picture.ts';
 import { guessedRig } from '../setup/rig.ts';
 import { kindOf } from '../sequence/kinds.ts';
-import type { CallName, Calls, Reply, Request, SequenceInfo } from './protocol.ts';
+import type { CallName, Calls, Reply, Request, SequenceInfo, SourceFile } from './protocol.ts';
 import { run, Stepper } from './run.ts';
 import { sampleFiles } from './sample.ts';
-import { Sequence, type Frame, type Source } from './sequence.ts';
+import { Sequence, type Frame, type Source, type Stream } from './sequence.ts';
 import { write, type Written } from './write.ts';
 
 let sequence: Sequence | null = null;
 /** What the sequence was opened from. */
 let sources: Source[] = [];
+let stream: Stream | null = null;
 /** The run that may go on; any other one ends at its next picture. */
 let running = -1;
 let live: Stepper | null = null;
-let written: Written = { results: [], map: new Float64Array() };
+/** Looks at single pictures, beside the run. */
+let viewer: Stepper | null = null;
+let written: Written | null = null;
 const wanted = new Map<number, (picture: ImageBitmap | null) => void>();
 let nextWanted = 0;
 
@@ -50,13 +53,18 @@ function inTurn<T>(work: () => Promise<T>): Promise<T> {
   return turn;
 }
 
-/** Opens files, those of the sequence that is open beside them when they hold no pictures of their own. */
-async function open(files: Source[]): Promise<SequenceInfo> {
-  const complete = files.some(({ path }) => kindOf(path) === 'picture');
+/** Opens files; those of the sequence that is open stay beside them when they hold no pictures of their own. */
+async function open(files: Source[], video: Stream | null = null): Promise<SequenceInfo> {
+  const complete = video !== null || files.some(({ path }) => kindOf(path) === 'picture');
   const together = complete ? files : [...files, ...sources.filter(({ path }) => !files.some((file) => kindOf(file.path) === kindOf(path)))];
-  const next = await Sequence.of(together);
-  [sequence, sources] = [next, together];
+  const from = complete ? video : stream;
+  const next = await Sequence.of(together, from);
+  [sequence, sources, stream] = [next, together, from];
   return next.info;
+}
+
+function sourceOf({ path, blob }: SourceFile): Source {
+  return { path, blob: () => blob };
 }
 
 const calls: { [Name in CallName]: (ask: Calls[Name]['ask']) => Promise<Calls[Name]['answer']> } = {
@@ -66,46 +74,47 @@ const calls: { [Name in CallName]: (ask: Calls[Name]['ask']) => Promise<Calls[Na
     return { picture: await bitmapOf(picture), rig: shown.info.rig ?? guessedRig(picture.width, picture.height) };
   }),
   sample: ({ frames, walkers, seed }) => inTurn(async () => open(await sampleFiles(frames, walkers, seed))),
-  open: ({ files }) => inTurn(() => open(files.map(({ path, blob }) => ({ path, blob: () => blob })))),
-  async openStream({ name, frames, interval, width, height }) {
-    const list: Frame[] = Array.from({ length: frames }, (_, frame) => ({
-      path: `${name}, frame ${frame + 1}`,
-      decode: () => fromPage(frame),
-    }));
-    sequence = new Sequence(name, list, width, height);
-    sequence.info.times = Float64Array.from(list, (_, frame) => frame * interval);
-    return sequence.info;
-  },
+  open: ({ files }) => inTurn(() => open(files.map(sourceOf))),
+  openVideo: ({ name, frames, interval, width, height, files }) => inTurn(() => {
+    const list = Array.from({ length: frames }, (_, frame): Frame => ({ path: `${name}, frame ${frame + 1}`, decode: () => fromPage(frame) }));
+    return open(files.map(sourceOf), { name, frames: list, interval, width, height });
+  }),
   async picture({ frame }) {
-    return bitmapOf(await opened().decode(frame));
+    const picture = await opened().decode(frame);
+    return { picture: await bitmapOf(picture), edges: viewer?.look(picture) ?? null };
   },
   async run(settings) {
     running = settings.number;
-    const mine: Written = { results: [], map: new Float64Array() };
-    written = mine;
-    const done = await run(opened(), settings, {
+    await init();
+    viewer?.free();
+    viewer = new Stepper(settings.rig, 0, null);
+    const mine = opened();
+    const { title, info } = mine;
+    written = { title, rig: settings.rig, results: [], end: null, sequence: mine, fromPictures: info.motion === 'pictures' };
+    const done = await run(mine, settings, {
       isCancelled: () => running !== settings.number,
-      progress: (results, picture, secondsLeft) =>
-        post({ kind: 'results', run: settings.number, results, picture, secondsLeft }, picture ? [picture] : []),
-    }, mine);
+      progress: (results, shown, secondsLeft) =>
+        post({ kind: 'results', run: settings.number, results, shown, secondsLeft }, shown ? [shown.picture] : []),
+    }, written);
     return done ? 'done' : 'cancelled';
   },
   async startLive({ rig }) {
     await init();
     live?.free();
-    live = new Stepper(rig);
-    written = { results: [], map: new Float64Array() };
+    live = new Stepper(rig, 0, 'pictures');
+    written = { title: 'camera', rig, results: [], end: null, sequence: null, fromPictures: true };
   },
   async live({ picture, t, index }) {
     if (!live) throw new Error('The camera is off.');
     const pixels = pixelsOf(picture);
     picture.close();
-    const result = live.step(pixels, index, `live ${index + 1}`, t, null, 0);
-    written.results.push(result);
-    return result;
+    const result = live.step(pixels, index, `live ${index + 1}`, t, 0);
+    written?.results.push(result);
+    return { result, edges: live.edges() };
   },
   async write({ name }) {
-    if (live) written.map = live.map();
+    if (!written) throw new Error('There is nothing to save yet.');
+    if (!written.sequence && live) written.end = live.end();
     return write(name, written);
   },
 };
@@ -120,7 +129,7 @@ self.addEventListener('message', (event: MessageEvent<Request>) => {
     const { id } = request;
     const call = calls[request.kind] as (ask: unknown) => Promise<unknown>;
     call(request.ask).then(
-      (answer) => post({ kind: 'answer', id, answer }, answer instanceof ImageBitmap ? [answer] : []),
+      (answer) => post({ kind: 'answer', id, answer }),
       (error: unknown) => post({ kind: 'failure', id, sentence: error instanceof Error ? error.message : String(error) }),
     );
   }

@@ -255,19 +255,23 @@ export class MapView {
       context.globalAlpha = 1;
       context.strokeStyle = colours.mapped;
       context.lineWidth = lit ? 2.4 : 1.2;
+      // A tentative one is not part of the map yet: dashed, and hollow.
+      const confirmed = column('confirmed') > 0;
+      context.setLineDash(confirmed ? [] : [2, 3]);
       context.stroke();
+      context.setLineDash([]);
       const at = this.#viewport.toScreen(column('x'), column('y'));
       context.beginPath();
       context.arc(at.x, at.y, lit ? 3.2 : 1.8, 0, 2 * Math.PI);
       context.fillStyle = colours.mapped;
-      context.fill();
+      if (confirmed) context.fill();
       if (lit) {
         context.font = font(12, 600);
         context.textAlign = 'left';
         context.textBaseline = 'middle';
         context.lineWidth = 3;
         context.strokeStyle = colours.panel;
-        const text = `${column('id')} · seen ${column('seen')} ×`;
+        const text = `${column('id')} · seen ${column('seen')} ×${confirmed ? '' : ' · tentative'}`;
         context.strokeText(text, at.x + 9, at.y);
         context.fillStyle = colours.text;
         context.fillText(text, at.x + 9, at.y);

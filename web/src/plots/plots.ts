@@ -21,7 +21,7 @@ interface Kind {
 
 const LEFT_PX = 40;
 /** Okabe–Ito's other colours: those of the legend keep their meaning. */
-const STAGE_COLOURS = ['#999999', '#0072b2', '#cc79a7', '#f0e442'];
+const STAGE_COLOURS = ['#999999', '#0072b2', '#cc79a7', '#f0e442', '#7a5195'];
 
 export function mountPlots(store: Store, show: (frame: number) => void): void {
   const panel = byId('plots');
@@ -60,12 +60,13 @@ class Plot {
   readonly #canvas: Canvas;
   readonly #value = element('output', { class: 'plot-value' });
   readonly #table = element('div', { class: 'plot-table', hidden: true, tabindex: '0' });
-  #series: Series;
+  #worked: Series;
+  #stale = false;
 
   constructor(store: Store, kind: Kind, show: (frame: number) => void) {
     this.#kind = kind;
     this.#store = store;
-    this.#series = kind.series();
+    this.#worked = kind.series();
     const canvas = element('canvas', { role: 'img', 'aria-label': `${kind.title} over the frames` });
     const box = element('div', { class: 'plot-box' }, canvas);
     const toTable = element('button', { class: 'tool', 'aria-pressed': 'false', click: () => {
@@ -92,17 +93,20 @@ class Plot {
     });
     canvas.addEventListener('pointermove', (event) => canvas.hasPointerCapture(event.pointerId) && scrub(event));
     store.on(['results', 'sequence'], () => this.refresh());
-    store.on(['frame'], () => {
-      this.#tell();
-      this.#canvas.redraw();
-    });
+    store.on(['frame'], () => this.#canvas.redraw());
   }
 
   refresh(): void {
-    this.#series = this.#kind.series();
-    this.#tell();
+    this.#stale = true;
     this.#fillTable();
     this.#canvas.redraw();
+  }
+
+  /** Worked out when it is looked at: results come faster than anyone can read. */
+  get #series(): Series {
+    if (this.#stale) this.#worked = this.#kind.series();
+    this.#stale = false;
+    return this.#worked;
   }
 
   #frames(): number {
@@ -117,7 +121,7 @@ class Plot {
     else if (this.#kind.style === 'error') {
       const [error = NaN, sigma = NaN] = row;
       const words = [Number.isNaN(error) ? '' : axisNumber(error), Number.isNaN(sigma) ? '' : `3σ ${axisNumber(sigma)}`];
-      this.#value.value = `${words.filter(Boolean).join(' · ')} ${unit}`;
+      this.#value.value = words.some(Boolean) ? `${words.filter(Boolean).join(' · ')} ${unit}` : '';
     } else if (this.#kind.style === 'stack') {
       this.#value.value = `${row.reduce((sum, value) => sum + value, 0).toFixed(1)} ms`;
     } else this.#value.value = Number.isNaN(row[0]) ? '' : axisNumber(row[0] ?? 0);
@@ -133,6 +137,7 @@ class Plot {
   }
 
   #draw(context: CanvasRenderingContext2D): void {
+    this.#tell();
     const colours = palette();
     const { rows } = this.#series;
     const { width, height } = this.#canvas;

@@ -6,7 +6,8 @@ function result(index: number, pose: number[], variances: number[]): FrameResult
   const empty = new Float32Array();
   return {
     index, name: '', t: index, pose: Float32Array.from(pose), covariance: Float32Array.from(variances), corners: empty,
-    predicted: empty, lines: empty, landmarks: empty, nis: 6, nisDegrees: 4, stages: new Float32Array(4),
+    predicted: empty, lines: empty, landmarks: empty, nis: 6, nisDegrees: 4, withoutRange: 0, noRoom: 0, motionHeld: false,
+    stages: new Float32Array(5),
   };
 }
 

@@ -1,5 +1,5 @@
 import { expect, test } from 'vitest';
-import { isLitter, kindOf, mainFolder, naturalOrder } from './kinds.ts';
+import { isLitter, kindOf, mainFolder } from './kinds.ts';
 
 test('files are told apart by their names', () => {
   const kinds = {
@@ -8,10 +8,6 @@ test('files are told apart by their names', () => {
     'groundtruth.txt': 'truth', 'laser.csv': 'laser', 'notes.txt': 'other', 'landmarks.csv': 'landmarks',
   };
   for (const [path, kind] of Object.entries(kinds)) expect([path, kindOf(path)]).toEqual([path, kind]);
-});
-
-test('names are in the order a person expects', () => {
-  expect(['f10.png', 'f9.png', 'f2.png'].sort(naturalOrder)).toEqual(['f2.png', 'f9.png', 'f10.png']);
 });
 
 test('litter of the system is not opened', () => {

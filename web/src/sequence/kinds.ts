@@ -26,13 +26,6 @@ export function isLitter(path: string): boolean {
   return LITTER.test(path);
 }
 
-const natural = new Intl.Collator('en', { numeric: true, sensitivity: 'variant' });
-
-/** frame2 before frame10. */
-export function naturalOrder(a: string, b: string): number {
-  return natural.compare(a, b) || (a < b ? -1 : a > b ? 1 : 0);
-}
-
 /** The folder that holds most of these pictures, and the pictures in it: a drop may carry others beside. */
 export function mainFolder(paths: string[]): string[] {
   const folders = new Map<string, string[]>();

@@ -52,6 +52,15 @@ export function pixelsOf(bitmap: ImageBitmap): Picture {
   return { width, height, pixels: context.getImageData(0, 0, width, height).data as Uint8ClampedArray<ArrayBuffer>, channels: 4 };
 }
 
+/** Rec. 709 luma in whole numbers, as the command line reads coloured pictures. */
+export function luma(rgba: Picture['pixels']): Uint8Array {
+  const grey = new Uint8Array(rgba.length / 4);
+  for (let at = 0; at < grey.length; at += 1) {
+    grey[at] = Math.floor((2126 * (rgba[4 * at] ?? 0) + 7152 * (rgba[4 * at + 1] ?? 0) + 722 * (rgba[4 * at + 2] ?? 0)) / 10_000);
+  }
+  return grey;
+}
+
 /** For the screen. */
 export function bitmapOf({ width, height, pixels, channels }: Picture): Promise<ImageBitmap> {
   if (channels === 4) return createImageBitmap(new ImageData(pixels as Uint8ClampedArray<ArrayBuffer>, width, height));

@@ -31,7 +31,7 @@ export function rigToml(rig: Rig): string {
     `left = ${number(mount.left)}`,
     `height_std = ${number(mountStd.height)}`,
     ...(['tilt', 'roll', 'yaw'] as const).map((name) => `${name}_std_deg = ${number(mountStd[name] / DEGREE)}`),
-    '',
+    rig.settingsToml,
   ];
   return lines.join('\n');
 }

@@ -9,6 +9,10 @@ export interface Rig {
   pixelStd: [number, number];
   mount: Mount;
   mountStd: Mount;
+  /** The pipeline's settings as its constructor takes them; none for the default ones. */
+  settings: readonly number[];
+  /** Those of them that differ from the default ones, as sections of a rig file. */
+  settingsToml: string;
   /** Nobody has calibrated this camera: focal length, centre and lens are supposed. */
   guessed: boolean;
   /** The file it came from, for messages. */
@@ -39,6 +43,8 @@ export function guessedRig(width: number, height: number, fieldOfView = 60 * DEG
     pixelStd: [0.5, 0.5],
     mount: { height: 0.4, tilt: 12 * DEGREE, roll: 0, yaw: 0, forward: 0, left: 0 },
     mountStd: { height: 0.02, tilt: DEGREE, roll: DEGREE, yaw: DEGREE, forward: 0, left: 0 },
+    settings: [],
+    settingsToml: '',
     guessed: true,
     source: 'a guess',
   };

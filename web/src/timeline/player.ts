@@ -1,6 +1,7 @@
 /** Which frame is on show: play, pause, step, scrub; follows a run unless someone has taken over. */
 import { byId, icon } from '../app/dom.ts';
 import type { Store } from '../app/state.ts';
+import type { Shown } from '../engine/protocol.ts';
 
 const FRAMES_PER_SECOND = 15;
 const PLAY = 'M8 5v14l11-7z';
@@ -8,14 +9,14 @@ const PAUSE = 'M7 5h3.4v14H7zM13.6 5H17v14h-3.4z';
 
 export class Player {
   readonly #store: Store;
-  readonly #fetch: (frame: number) => Promise<ImageBitmap>;
+  readonly #fetch: (frame: number) => Promise<Shown>;
   #timer: ReturnType<typeof setInterval> | undefined;
   /** The picture asked for last, and whether it is still on its way. */
   #wanted = -1;
   #fetching = false;
   following = false;
 
-  constructor(store: Store, fetch: (frame: number) => Promise<ImageBitmap>) {
+  constructor(store: Store, fetch: (frame: number) => Promise<Shown>) {
     [this.#store, this.#fetch] = [store, fetch];
     const button = byId('play');
     button.addEventListener('click', () => this.toggle());
@@ -64,10 +65,10 @@ export class Player {
   }
 
   /** Shows a frame whose picture is at hand. */
-  showWith(frame: number, picture: ImageBitmap): void {
+  showWith(frame: number, { picture, edges }: Shown): void {
     this.#wanted = frame;
     const before = this.#store.state.picture;
-    this.#store.set({ frame, picture });
+    this.#store.set({ frame, picture, edges });
     before?.close();
   }
 
@@ -86,11 +87,11 @@ export class Player {
     for (let shown = -1; shown !== this.#wanted; ) {
       shown = this.#wanted;
       const { sequence } = this.#store.state;
-      const picture = await this.#fetch(shown).catch(() => null);
-      if (sequence !== this.#store.state.sequence) picture?.close();
-      else if (picture && shown === this.#wanted) this.showWith(shown, picture);
-      else if (picture) picture.close();
-      else this.#store.set({ picture: null });
+      const fetched = await this.#fetch(shown).catch(() => null);
+      if (sequence !== this.#store.state.sequence) fetched?.picture.close();
+      else if (fetched && shown === this.#wanted) this.showWith(shown, fetched);
+      else if (fetched) fetched.picture.close();
+      else this.#store.set({ picture: null, edges: null });
     }
     this.#fetching = false;
   }

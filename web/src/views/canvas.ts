@@ -1,13 +1,28 @@
 /** A canvas as sharp as the screen, redrawn at most once a display frame. */
 import { onThemeChange } from '../theme/palette.ts';
 
+/** Milliseconds of a display frame that drawing may take; what is left over is drawn in the next one. */
+const BUDGET_MS = 8;
+
+/** Canvases that are to be redrawn, those that have waited longest first. */
+const waiting = new Set<Canvas>();
+
+function paintSome(): void {
+  const start = performance.now();
+  for (const canvas of waiting) {
+    waiting.delete(canvas);
+    canvas.paint();
+    if (performance.now() - start > BUDGET_MS) break;
+  }
+  if (waiting.size > 0) requestAnimationFrame(paintSome);
+}
+
 export class Canvas {
   readonly element: HTMLCanvasElement;
   width = 0;
   height = 0;
   readonly #context: CanvasRenderingContext2D;
   readonly #draw: (context: CanvasRenderingContext2D) => void;
-  #waiting = false;
 
   constructor(element: HTMLCanvasElement, draw: (context: CanvasRenderingContext2D) => void, resized?: () => void) {
     const context = element.getContext('2d');
@@ -19,21 +34,20 @@ export class Canvas {
       this.#measure();
       resized?.();
       // At once: a resized canvas is blank until it is drawn.
-      this.#paint();
+      this.paint();
     }).observe(element);
     this.#measure();
     onThemeChange(() => this.redraw());
   }
 
   redraw(): void {
-    if (this.#waiting) return;
-    this.#waiting = true;
-    requestAnimationFrame(() => this.#paint());
+    if (waiting.size === 0) requestAnimationFrame(paintSome);
+    waiting.add(this);
   }
 
   /** The picture as PNG. */
   async png(): Promise<Blob> {
-    this.#paint();
+    this.paint();
     const blob = await new Promise<Blob | null>((done) => this.element.toBlob(done, 'image/png'));
     if (!blob) throw new Error('the picture is too large to be saved');
     return blob;
@@ -47,8 +61,8 @@ export class Canvas {
     this.element.height = Math.max(1, Math.round(box.height * ratio));
   }
 
-  #paint(): void {
-    this.#waiting = false;
+  /** Draws now. */
+  paint(): void {
     if (this.width === 0 || this.height === 0) return;
     const context = this.#context;
     context.setTransform(this.element.width / this.width, 0, 0, this.element.height / this.height, 0, 0);

@@ -1,0 +1,139 @@
+/**
+ * How fast the page's module is in this machine's Chromium, beside opencv.js in the same run: `npm run bench`.
+ * Ratios count, not milliseconds: the least of many repetitions of each, in turn.
+ */
+import { cp, mkdir, mkdtemp, rm, writeFile } from 'node:fs/promises';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { chromium } from 'playwright-core';
+import { expect, test } from 'vitest';
+import { preview } from 'vite';
+import { browserPath } from '../tests/browser.ts';
+import type * as Monorange from 'monorange-wasm';
+import type * as Files from 'monorange-wasm-files';
+
+const FRAMES = 60;
+const ROUNDS = 5;
+
+test('speed', async () => {
+  const root = await mkdtemp(join(tmpdir(), 'monorange-bench-'));
+  const site = join(root, 'dist');
+  await mkdir(site);
+  // A module is one instance: each build needs its own address.
+  for (const folder of ['wasm', 'wasm-scalar']) await cp('../wasm', join(site, folder), { recursive: true });
+  await cp('node_modules/@techstark/opencv-js/dist/opencv.js', join(site, 'opencv.js')).catch(() => {
+    throw new Error('opencv.js is missing: `npm run bench` installs it.');
+  });
+  await writeFile(join(site, 'index.html'), '<!doctype html><title>bench</title>');
+  const server = await preview({ root, configFile: false, logLevel: 'error', preview: { host: '127.0.0.1', port: 0 } });
+  const browser = await chromium.launch({ executablePath: browserPath!, headless: true, args: ['--no-sandbox', '--disable-gpu'] });
+  try {
+    const page = await browser.newPage();
+    await page.goto(server.resolvedUrls?.local[0] ?? '');
+    await page.addScriptTag({ url: './opencv.js' });
+    const figures = await page.evaluate(measure, [FRAMES, ROUNDS] as const);
+    const { extraction, chain, pipeline, withSift, scalar } = figures;
+    const rate = (ms: number) => `${ms.toFixed(2)} ms, ${(1000 / ms).toFixed(0)} frames/s`;
+    console.log([
+      `320 × 240, the least of ${ROUNDS} rounds over ${FRAMES} frames of the sample, a frame:`,
+      `  opencv.js ${figures.version}: blur + Sobel + open + Hough   ${chain.toFixed(3)} ms`,
+      `  floor corners                            ${extraction.toFixed(3)} ms   ${(chain / extraction).toFixed(1)} × faster (scalar build: ${scalar.toFixed(3)} ms)`,
+      `  whole pipeline with odometry             ${rate(pipeline)}`,
+      `  whole pipeline, motion by SIFT           ${rate(withSift)}`,
+    ].join('\n'));
+    expect(1000 / withSift, 'frames a second with SIFT').toBeGreaterThan(30);
+    expect(1000 / pipeline, 'frames a second without').toBeGreaterThan(150);
+    expect(chain / extraction, 'times as fast as opencv.js').toBeGreaterThan(10);
+  } finally {
+    await browser.close();
+    await server.close();
+    await rm(root, { recursive: true, force: true });
+  }
+});
+
+/** Runs in the browser. */
+async function measure([frames, rounds]: readonly [number, number]) {
+  type Cv = Record<string, never> & { getBuildInformation(): string };
+  const cv = (await (window as unknown as { cv: Cv | Promise<Cv> }).cv) as any;
+  if (!cv.Mat) await new Promise<void>((done) => (cv.onRuntimeInitialized = () => done()));
+  const load = (path: string) => import(/* @vite-ignore */ new URL(path, location.href).href);
+  const files = (await load('./wasm/files/index.js')) as typeof Files;
+  const simd = (await load('./wasm/index.js')) as typeof Monorange;
+  const scalar = (await load('./wasm-scalar/index.js')) as typeof Monorange;
+  await files.init();
+  await simd.init({ simd: true });
+  const sample = new files.Sample(frames, 3, 1);
+  files.offer('rig.toml', new TextEncoder().encode(sample.rig()));
+  files.offer('odometry.csv', new TextEncoder().encode(sample.odometry()));
+  const rig = JSON.parse(files.rig('rig.toml'));
+  const parameters = Float32Array.from([
+    rig.width, rig.height, ...rig.focal, ...rig.principal, rig.skew, ...rig.distortion, ...rig.pixelStd, ...rig.mount, ...rig.mountStd,
+  ]);
+  const times = sample.times().trim().split('\n').map(Number);
+  const wheels = new files.Wheels('odometry.csv', Float64Array.from(times));
+  const pictures = times.map((_: number, frame: number) => sample.picture(frame).slice(-rig.width * rig.height));
+
+  /** The least time of a frame's work, over rounds, averaged over frames. */
+  const least = (round: () => number[]) => {
+    const best = new Array<number>(frames).fill(Infinity);
+    for (let n = 0; n < rounds; n += 1) round().forEach((time, frame) => (best[frame] = Math.min(best[frame]!, time)));
+    return best.reduce((sum, time) => sum + time, 0) / frames;
+  };
+  const timed = (work: () => void) => {
+    const start = performance.now();
+    work();
+    return performance.now() - start;
+  };
+  const extract = (pipeline: Monorange.Pipeline) => least(() => pictures.map((pixels: Uint8Array) => timed(() => {
+    pipeline.load(pixels);
+    pipeline.rows();
+    pipeline.lines();
+  })));
+  const drive = (bySight: boolean) => least(() => {
+    const pipeline = new simd.Pipeline(parameters, new Uint8Array());
+    const spent = pictures.map((pixels: Uint8Array, frame: number) => timed(() => {
+      const time = times[frame]! - times[0]!;
+      pipeline.load(pixels);
+      if (bySight) pipeline.moveByPicture(time);
+      else if (frame > 0) {
+        const [seconds = 0, , v = 0, omega = 0] = wheels.between(times[frame - 1]!, times[frame]!);
+        pipeline.velocity(time, v, omega, seconds);
+      }
+      pipeline.rows();
+      pipeline.lines();
+      pipeline.finish(time).free();
+    }));
+    pipeline.free();
+    return spent;
+  });
+
+  const grey = new cv.Mat(rig.height, rig.width, cv.CV_8UC1);
+  const [blurred, gx, gy, ax, ay, edges, opened, lines] = Array.from({ length: 8 }, () => new cv.Mat());
+  const kernel = cv.Mat.ones(3, 3, cv.CV_8U);
+  const chain = () => least(() => pictures.map((pixels: Uint8Array) => timed(() => {
+    grey.data.set(pixels);
+    cv.GaussianBlur(grey, blurred, new cv.Size(5, 5), 1.0);
+    cv.Sobel(blurred, gx, cv.CV_16S, 1, 0, 3);
+    cv.Sobel(blurred, gy, cv.CV_16S, 0, 1, 3);
+    cv.convertScaleAbs(gx, ax, 0.5, 0);
+    cv.convertScaleAbs(gy, ay, 0.5, 0);
+    cv.addWeighted(ax, 1, ay, 1, 0, edges);
+    cv.threshold(edges, edges, 40, 255, cv.THRESH_BINARY);
+    cv.morphologyEx(edges, opened, cv.MORPH_OPEN, kernel);
+    cv.HoughLines(opened, lines, 1, Math.PI / 180, 60);
+  })));
+
+  const extractor = new simd.Pipeline(parameters, new Uint8Array());
+  // In turn, so that all meet the same machine.
+  const first = [extract(extractor), chain()] as const;
+  const second = [extract(extractor), chain()] as const;
+  await scalar.init({ simd: false });
+  return {
+    version: (/OpenCV (\S+)/i.exec(cv.getBuildInformation?.() ?? '') ?? [])[1] ?? '',
+    extraction: Math.min(first[0], second[0]),
+    chain: Math.min(first[1], second[1]),
+    pipeline: drive(false),
+    withSift: drive(true),
+    scalar: extract(new scalar.Pipeline(parameters, new Uint8Array())),
+  };
+}
