@@ -18,7 +18,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Task {
-    /// The main job: simulate a corridor, map it from its pictures, write and name the report
+    /// The main job, to look at: the page, served to this machine alone (or, with --cli, a report)
     Demo(demo::Options),
     /// Every check: formatting, lints, tests, and the core built for microcontroller and browser
     Test,

@@ -1,12 +1,13 @@
 //! `cargo xtask test`: what CI runs.
-use crate::{setup, shell};
+use crate::{setup, shell, web};
 use anyhow::Result;
 use std::time::Instant;
 
 pub(crate) fn run() -> Result<()> {
     stage("format and lints", lints)?;
     stage("tests", tests)?;
-    stage("core on bare targets", bare_targets)
+    stage("core on bare targets", bare_targets)?;
+    stage("the page", web::test)
 }
 
 fn stage(name: &str, checks: fn() -> Result<()>) -> Result<()> {

@@ -1,25 +1,35 @@
 //! The page: its WebAssembly modules, its bundle, and the size limits on both.
 use crate::{setup, shell};
 use anyhow::{Context, Result, ensure};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 const WASM: &str = "wasm32-unknown-unknown";
 
 /// A crate that becomes a WebAssembly package in its own folder's `pkg/`.
 struct Package {
     folder: &'static str,
-    library: &'static str,
-    simd: bool,
+    name: &'static str,
+    /// As in the workspace's `Cargo.toml`.
+    profile: &'static str,
+    variants: &'static [&'static str],
 }
 
-const PACKAGES: [Package; 3] = [
-    Package { folder: "wasm", library: "monorange_wasm", simd: true },
-    Package { folder: "wasm/files", library: "monorange_wasm_files", simd: false },
-    Package { folder: "wasm/pictures", library: "monorange_wasm_pictures", simd: false },
+const PACKAGES: [Package; 4] = [
+    Package::fast("wasm", "monorange-wasm", &["scalar", "simd"]),
+    Package::small("wasm/files", "monorange-wasm-files"),
+    Package::small("wasm/pictures", "monorange-wasm-pictures"),
+    Package::small("wasm/results", "monorange-wasm-results"),
 ];
 
-/// What must stay small, in bytes after gzip: (glob-free prefix of the file's name, suffix, limit).
-const LIMITS: [(&str, &str, u64); 2] = [("monorange_wasm_simd", ".wasm", 200_000), ("index", ".js", 120_000)];
+/// What must stay small, in bytes after gzip: start and end of the file's name, limit.
+const LIMITS: [(&str, &str, u64); 3] = [
+    ("monorange_wasm_simd", ".wasm", 200_000),
+    ("monorange_wasm_scalar", ".wasm", 200_000),
+    ("index", ".js", 120_000),
+];
+
+/// Second bytes of i16x8.add, sub and mul, i32x4.add and sub, f32x4.add, sub and mul.
+const LANE_ARITHMETIC: [u8; 8] = [0x8e, 0x91, 0x95, 0xae, 0xb1, 0xe4, 0xe5, 0xe6];
 
 /// What to do with the page.
 #[derive(clap::Args)]
@@ -38,84 +48,117 @@ pub(crate) struct Options {
 pub(crate) fn run(options: &Options) -> Result<()> {
     match options {
         Options { test: true, .. } => test(),
-        Options { serve: true, port, .. } => serve(*port),
+        Options { serve: true, port, .. } => {
+            build()?;
+            serve(*port)
+        }
         _ => build(),
     }
 }
 
 /// Builds `web/dist` and checks its sizes.
 pub(crate) fn build() -> Result<()> {
-    packages()?;
+    setup::rust_target(WASM)?;
+    setup::node()?;
+    for package in &PACKAGES {
+        for variant in package.variants {
+            package.build(variant)?;
+        }
+    }
     setup::node_modules()?;
-    optimise()?;
-    npm(&["run", "build"])?;
+    has_simd(&PACKAGES[0])?;
+    shell::run(&mut tool("tsc", &["--noEmit"]))?;
+    shell::run(&mut tool("vite", &["build", "--logLevel", "warn"]))?;
     sizes()
 }
 
 /// The page's own tests, then the built page in a real browser, beside the command line.
 pub(crate) fn test() -> Result<()> {
+    setup::browser()?;
     build()?;
-    shell::run(&mut shell::cargo("build --quiet -p monorange"))?;
-    npm(&["test"])?;
-    npm(&["run", "test:browser"])
+    // With the features of the whole workspace, as the workspace's tests have built it already.
+    shell::run(&mut shell::cargo("build --quiet --bin monorange"))?;
+    let monorange = shell::target().join("debug/monorange").with_extension(std::env::consts::EXE_EXTENSION);
+    shell::run(
+        tool("vitest", &["run", "--project", "unit", "--project", "browser"]).env("MONORANGE", monorange),
+    )
 }
 
-/// Builds the page and serves it to this machine alone, until interrupted.
+/// Serves the built page to this machine alone, until interrupted.
 pub(crate) fn serve(port: u16) -> Result<()> {
-    build()?;
-    println!("The page: http://127.0.0.1:{port}/   (Ctrl+C ends it)");
-    npm(&["run", "serve", "--", "--port", &port.to_string(), "--open"])
+    let port = port.to_string();
+    let mut server = tool("vite", &["preview", "--host", "127.0.0.1", "--strictPort", "--port", &port]);
+    println!("\nThe page: http://127.0.0.1:{port}/   (Ctrl+C ends it)");
+    if setup::has_display() {
+        server.arg("--open");
+    } else {
+        println!("There is no display here: open that address in a browser of this machine.");
+    }
+    shell::become_program(&mut server)
 }
 
-fn npm(arguments: &[&str]) -> Result<()> {
-    shell::run(shell::command("npm", arguments).current_dir(shell::root().join("web")))
+/// A command of the page's npm packages.
+fn tool(name: &str, arguments: &[&str]) -> std::process::Command {
+    let web = shell::root().join("web");
+    let program = web.join("node_modules/.bin").join(name);
+    let mut command = shell::command(&program.display().to_string(), arguments);
+    command.current_dir(web);
+    command
 }
 
-fn packages() -> Result<()> {
-    setup::rust_target(WASM)?;
-    for package in &PACKAGES {
-        let pkg = shell::root().join(package.folder).join("pkg");
+impl Package {
+    const fn fast(folder: &'static str, name: &'static str, variants: &'static [&'static str]) -> Self {
+        Self { folder, name, profile: "wasm", variants }
+    }
+
+    /// Loaded when needed, and never in a hurry.
+    const fn small(folder: &'static str, name: &'static str) -> Self {
+        Self { folder, name, profile: "wasm-small", variants: &["scalar"] }
+    }
+
+    fn module(&self, variant: &str) -> PathBuf {
+        shell::root().join(self.folder).join("pkg").join(format!("{}_{variant}.wasm", self.library()))
+    }
+
+    fn library(&self) -> String {
+        self.name.replace('-', "_")
+    }
+
+    /// Compiles the crate and writes its JavaScript side.
+    fn build(&self, variant: &str) -> Result<()> {
+        let Self { folder, name, profile, .. } = self;
+        let pkg = shell::root().join(folder).join("pkg");
         std::fs::create_dir_all(&pkg)?;
-        let variants: &[(&str, &str)] =
-            if package.simd { &[("scalar", ""), ("simd", "+simd128")] } else { &[("scalar", "")] };
-        for (variant, features) in variants {
-            let name = package.library.replace('_', "-");
-            let mut build =
-                shell::cargo(&format!("build --quiet -p {name} --lib --profile wasm --target {WASM}"));
-            if !package.simd {
-                // Loaded when needed, and never in a hurry: as small as can be.
-                build.env("CARGO_PROFILE_WASM_OPT_LEVEL", "s");
-            }
-            build.env("RUSTFLAGS", format!("-Ctarget-feature={features}"));
-            // A folder each, or every change of flags would build everything anew.
-            build.env("CARGO_TARGET_DIR", shell::root().join("target/wasm").join(variant));
-            shell::run(&mut build)?;
-            let module = format!("target/wasm/{variant}/{WASM}/wasm/{}.wasm", package.library);
-            shell::run(shell::cargo("run --quiet -p monorange-bindgen --").arg(&module).arg(&pkg))?;
-            std::fs::rename(
-                pkg.join(format!("{}_bg.wasm", package.library)),
-                pkg.join(format!("{}_{variant}.wasm", package.library)),
-            )
-            .with_context(|| format!("{} gave no module", package.folder))?;
+        let words = format!("build --quiet --package {name} --lib --profile {profile} --target {WASM}");
+        let mut build = shell::cargo(&words);
+        // A folder for each set of flags, or every change of them would build everything anew.
+        let target = shell::target().join(format!("wasm-{variant}"));
+        build.env("CARGO_TARGET_DIR", &target);
+        if variant == "simd" {
+            build.env("RUSTFLAGS", "-Ctarget-feature=+simd128");
         }
+        shell::run(&mut build)?;
+        let built = target.join(WASM).join(profile).join(format!("{}.wasm", self.library()));
+        shell::run(shell::cargo("run --quiet --package monorange-bindgen --").arg(&built).arg(&pkg))?;
+        std::fs::rename(pkg.join(format!("{}_bg.wasm", self.library())), self.module(variant))
+            .with_context(|| format!("{name} gave no module"))
     }
-    Ok(())
 }
 
-fn optimise() -> Result<()> {
-    for package in &PACKAGES {
-        let pkg = shell::root().join(package.folder).join("pkg");
-        for variant in ["scalar", "simd"] {
-            let module = pkg.join(format!("{}_{variant}.wasm", package.library));
-            if module.exists() {
-                let optimiser = shell::root().join("web/node_modules/.bin/wasm-opt");
-                let mut command = shell::command(&optimiser.display().to_string(), ["-O3", "--all-features"]);
-                // Relaxed SIMD may fuse a multiplication with an addition: never.
-                command.arg("--disable-relaxed-simd").arg(&module).arg("-o").arg(&module);
-                shell::run(&mut command)?;
-            }
-        }
-    }
+/// Looks into the modules: a SIMD build without SIMD would be slow, and nothing else would tell.
+fn has_simd(package: &Package) -> Result<()> {
+    let count = |variant| -> Result<usize> {
+        let code = std::fs::read(package.module(variant))?;
+        let is_simd =
+            |bytes: &[u8]| matches!(bytes, [0xfd, operation, 0x01] if LANE_ARITHMETIC.contains(operation));
+        Ok(code.windows(3).filter(|bytes| is_simd(bytes)).count())
+    };
+    let (simd, scalar) = (count("simd")?, count("scalar")?);
+    ensure!(
+        simd >= 200 + 10 * scalar,
+        "the SIMD build has only {simd} SIMD instructions, the scalar one {scalar}"
+    );
+    eprintln!("{simd} instructions of SIMD arithmetic");
     Ok(())
 }
 
@@ -123,15 +166,19 @@ fn sizes() -> Result<()> {
     let assets = shell::root().join("web/dist/assets");
     let mut files: Vec<_> = std::fs::read_dir(&assets)?.collect::<Result<_, _>>()?;
     files.sort_by_key(std::fs::DirEntry::file_name);
+    let mut checked = [false; LIMITS.len()];
     for file in files {
         let name = file.file_name().to_string_lossy().into_owned();
         let size = gzip_size(&file.path())?;
         eprintln!("{size:>9} bytes gzip  {name}");
-        for (prefix, suffix, limit) in LIMITS {
-            let checked = name.starts_with(prefix) && name.ends_with(suffix);
-            ensure!(!checked || size <= limit, "{name} has {size} bytes after gzip, more than {limit}");
+        for ((start, end, limit), checked) in LIMITS.iter().zip(&mut checked) {
+            if name.starts_with(start) && name.ends_with(end) {
+                ensure!(size <= *limit, "{name} has {size} bytes after gzip, more than {limit}");
+                *checked = true;
+            }
         }
     }
+    ensure!(checked == [true; LIMITS.len()], "a file whose size is limited is not there: {LIMITS:?}");
     Ok(())
 }
 
