@@ -7,7 +7,7 @@ import { openSite, waitForPhase, type Site } from '../tests/browser.ts';
 import { png } from '../tests/pictures.ts';
 
 /** A frame of the sample with much to see. */
-const BUSY = 42;
+const BUSY = 124;
 const OUT = resolve('../out/screenshots');
 let sites: Site[] = [];
 beforeAll(() => mkdir(OUT, { recursive: true }));
