@@ -12,6 +12,12 @@ import { browserPath } from '../tests/browser.ts';
 import type * as Monorange from 'monorange-wasm';
 import type * as Files from 'monorange-wasm-files';
 
+const PAGE = `<!doctype html><meta charset="utf-8"><title>bench</title><script type="module">
+  import * as files from './wasm/files/index.js';
+  import * as simd from './wasm/index.js';
+  import * as scalar from './wasm-scalar/index.js';
+  Object.assign(window, { files, simd, scalar });
+</script>`;
 const FRAMES = 60;
 const ROUNDS = 5;
 
@@ -24,7 +30,7 @@ test('speed', async () => {
   await cp('node_modules/@techstark/opencv-js/dist/opencv.js', join(site, 'opencv.js')).catch(() => {
     throw new Error('opencv.js is missing: `npm run bench` installs it.');
   });
-  await writeFile(join(site, 'index.html'), '<!doctype html><title>bench</title>');
+  await writeFile(join(site, 'index.html'), PAGE);
   const server = await preview({ root, configFile: false, logLevel: 'error', preview: { host: '127.0.0.1', port: 0 } });
   const browser = await chromium.launch({ executablePath: browserPath!, headless: true, args: ['--no-sandbox', '--disable-gpu'] });
   try {
@@ -56,10 +62,7 @@ async function measure([frames, rounds]: readonly [number, number]) {
   type Cv = Record<string, never> & { getBuildInformation(): string };
   const cv = (await (window as unknown as { cv: Cv | Promise<Cv> }).cv) as any;
   if (!cv.Mat) await new Promise<void>((done) => (cv.onRuntimeInitialized = () => done()));
-  const load = (path: string) => import(/* @vite-ignore */ new URL(path, location.href).href);
-  const files = (await load('./wasm/files/index.js')) as typeof Files;
-  const simd = (await load('./wasm/index.js')) as typeof Monorange;
-  const scalar = (await load('./wasm-scalar/index.js')) as typeof Monorange;
+  const { files, simd, scalar } = window as unknown as { files: typeof Files; simd: typeof Monorange; scalar: typeof Monorange };
   await files.init();
   await simd.init({ simd: true });
   const sample = new files.Sample(frames, 3, 1);
