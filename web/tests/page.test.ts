@@ -6,6 +6,7 @@ import { createRequire } from 'node:module';
 import { afterAll, afterEach, beforeAll, beforeEach, expect, test } from 'vitest';
 import type { Page } from 'playwright-core';
 import { exported, isQuiet, openSite, phase, waitForPhase, type Site } from './browser.ts';
+import { longestTask, startTrace } from './trace.ts';
 import { grey, png } from './pictures.ts';
 
 let site: Site;
@@ -88,25 +89,21 @@ test('the sample ends in a map', async () => {
   expect(trajectory.length).toBe(300);
 });
 
-test('the main thread is never blocked for more than 50 ms', async () => {
+test('the main thread is never busy for more than 50 ms at a time', async () => {
   const longest: number[] = [];
-  for (let attempt = 0; attempt < 3; attempt += 1) {
-    await page.evaluate(() => {
-      const long: number[] = [];
-      new PerformanceObserver((list) => long.push(...list.getEntries().map((entry) => entry.duration))).observe({ type: 'longtask' });
-      Object.assign(window, { long });
-    });
+  // The least of a few: other work on the machine only ever adds.
+  for (let attempt = 0; attempt < 3 && !(Math.min(...longest) < 50); attempt += 1) {
+    if (attempt > 0) {
+      await page.reload();
+      await waitForPhase(page, 'empty');
+    }
+    const trace = await startTrace(page);
     await page.click('#sample');
     await waitForPhase(page, 'done');
-    // The observer hears of a task after it has ended.
-    await page.waitForTimeout(100);
-    longest.push(await page.evaluate(() => Math.max(0, ...(window as unknown as { long: number[] }).long)));
-    if (longest.at(-1) === 0 || !isQuiet()) break;
-    await page.reload();
-    await waitForPhase(page, 'empty');
+    longest.push(longestTask(await trace.end()));
   }
-  console.log(`longest task of the main thread above 50 ms: ${longest.join(', ')} (0 is none)`);
-  if (isQuiet()) expect(Math.min(...longest)).toBe(0);
+  console.log(`ms of processor time of the main thread's longest task: ${longest.map((time) => time.toFixed(0)).join(', ')}`);
+  expect(Math.min(...longest)).toBeLessThan(50);
 });
 
 test('everything on the export menu can be saved and read again', async () => {
