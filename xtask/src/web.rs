@@ -47,7 +47,11 @@ pub(crate) struct Options {
 
 pub(crate) fn run(options: &Options) -> Result<()> {
     match options {
-        Options { test: true, .. } => test(),
+        Options { test: true, .. } => {
+            // With the features of the whole workspace, as the workspace's tests build it.
+            shell::run(&mut shell::cargo("build --quiet --bin monorange"))?;
+            test()
+        }
         Options { serve: true, port, .. } => {
             build()?;
             serve(*port)
@@ -72,12 +76,11 @@ pub(crate) fn build() -> Result<()> {
     sizes()
 }
 
-/// The page's own tests, then the built page in a real browser, beside the command line.
+/// The page's own tests, then the built page in a real browser, beside the command line, which `cargo test` and
+/// `cargo build` leave in the same place.
 pub(crate) fn test() -> Result<()> {
     setup::browser()?;
     build()?;
-    // With the features of the whole workspace, as the workspace's tests have built it already.
-    shell::run(&mut shell::cargo("build --quiet --bin monorange"))?;
     let monorange = shell::target().join("debug/monorange").with_extension(std::env::consts::EXE_EXTENSION);
     shell::run(
         tool("vitest", &["run", "--project", "unit", "--project", "browser"]).env("MONORANGE", monorange),
