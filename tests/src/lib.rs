@@ -1,7 +1,9 @@
 //! What several of the cross-crate tests share: the paper's camera, exact pictures of edges, random numbers, and
 //! the way to real data.
 pub mod corridor;
+pub mod dynamic;
 pub mod slam;
+pub mod visual;
 pub mod warp;
 
 use monorange_core::Real;

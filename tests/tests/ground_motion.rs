@@ -85,7 +85,7 @@ fn nees<T: Real>(found: &GroundMotion<T>, truth: &Pose<f64>, arc: Vector2<f64>, 
 
 #[test]
 fn step_covariance_is_consistent() {
-    let trials = 120;
+    let trials = std::env::var("TRIALS").ok().and_then(|n| n.parse().ok()).unwrap_or(120);
     let mut table = String::from(
         "model   scalar floor walls wrong sigma_px  path_m   NEES  of  sd_path_mm  sd_turn_mrad\n",
     );

@@ -9,8 +9,8 @@ use crate::{
 use clap::Args;
 use monorange_core::{
     geometry::Pose,
-    pipeline::{Memory, OnHeap, Pipeline, Report, VisualConfig, VisualMotion},
-    slam::Status,
+    pipeline::{Carrier, Memory, OnHeap, Pipeline, PixelAssociation, Report, VisualConfig, VisualMotion},
+    slam::{Increment, Status},
 };
 use nalgebra::Vector2;
 use std::{
@@ -128,6 +128,8 @@ struct Drive<'a> {
     pipeline: Pipeline<OnHeap>,
     /// Motion from the pictures, where there is no odometry.
     visual: Option<VisualMotion>,
+    /// Where the landmarks' corners were, if a homography carries them.
+    pixels: PixelAssociation,
     /// Time of the first frame: the pipeline's clock begins there.
     start: f64,
     reached: f64,
@@ -152,11 +154,13 @@ impl<'a> Drive<'a> {
         let command = std::env::args().collect::<Vec<_>>().join(" ");
         let mut run = Run::of_pictures(title, command, rig, sequence.images.len());
         run.unmeasured = sequence.odometry.is_none().then_some(0);
-        let visual = match sequence.odometry {
-            Some(_) => None,
-            None => Some(VisualMotion::new(VisualConfig::default()).map_err(Error::new)?),
-        };
-        Ok(Self { sequence, rig, pipeline, visual, start, reached: start, run, shots: vec![None; SHOTS] })
+        let carrier = rig.settings.carrier;
+        let free = carrier == Carrier::Free;
+        let visual = (sequence.odometry.is_none() || carrier != Carrier::Map)
+            .then(|| VisualMotion::new(VisualConfig { free, ..VisualConfig::default() }).map_err(Error::new))
+            .transpose()?;
+        let (pixels, shots) = (PixelAssociation::new(carrier), vec![None; SHOTS]);
+        Ok(Self { sequence, rig, pipeline, visual, pixels, start, reached: start, run, shots })
     }
 
     fn all_frames(&mut self) -> Result<()> {
@@ -200,7 +204,7 @@ impl<'a> Drive<'a> {
         self.pipeline.extraction().map_err(Error::new)?;
         let lines_ms = milliseconds(clock);
         let clock = Instant::now();
-        let report = self.pipeline.finish(time - self.start).map_err(Error::new)?;
+        let report = self.pipeline.finish_with(time - self.start, &mut self.pixels).map_err(Error::new)?;
         let filter_ms = milliseconds(clock);
         let spent = [read_ms, edges_ms, lines_ms, odometry_ms, filter_ms];
         for (stage, spent) in self.run.stages.iter_mut().zip(spent) {
@@ -212,20 +216,28 @@ impl<'a> Drive<'a> {
 
     /// Moves the robot to the time of a picture: by its wheels, or by what the picture shows.
     fn move_to(&mut self, time: f64, picture: &Picture) -> Result<()> {
-        if let Some(visual) = &mut self.visual {
-            let finder = self.pipeline.finder();
-            let step = visual.step(&finder, time - self.start, picture.grey()?).map_err(Error::new)?;
-            if let (Some(step), Some(unmeasured)) = (step, &mut self.run.unmeasured) {
-                *unmeasured += usize::from(!step.measured);
-                self.pipeline.motion(time - self.start, &step.increment).map_err(Error::new)?;
-            }
-        }
         let controls = self.sequence.odometry.as_ref().map(|odometry| odometry.between(self.reached, time));
+        let mut wheels = None;
         for control in controls.unwrap_or_default() {
             self.reached += control.duration;
-            self.pipeline.odometry(self.reached - self.start, &control.reading()).map_err(Error::new)?;
+            let reading = control.reading();
+            self.pipeline.odometry(self.reached - self.start, &reading).map_err(Error::new)?;
+            let step = self.rig.settings.motion.increment(&reading);
+            wheels = Some(wheels.map_or(step, |before: Increment<f32>| before.then(&step)));
         }
         self.reached = time;
+        let Some(visual) = &mut self.visual else { return Ok(()) };
+        let (finder, now) = (self.pipeline.finder(), time - self.start);
+        let step = visual.step_with(&finder, now, wheels.as_ref(), picture.grey()?).map_err(Error::new)?;
+        let Some(step) = step else {
+            self.pixels.look(None, None, true);
+            return Ok(());
+        };
+        self.pixels.look(step.motion.as_ref().ok(), step.free.as_ref(), step.new_keyframe);
+        if let Some(unmeasured) = &mut self.run.unmeasured {
+            *unmeasured += usize::from(!step.measured);
+            self.pipeline.motion(now, &step.increment).map_err(Error::new)?;
+        }
         Ok(())
     }
 

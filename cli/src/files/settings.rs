@@ -3,7 +3,7 @@ use super::rig_section::Section;
 use crate::{Error, Result, nearest};
 use monorange_core::{
     association::Gate,
-    pipeline::{Config, Model, MountError},
+    pipeline::{Carrier, Config, Model, MountError},
     slam::{Covariance, Pairing, Variant},
 };
 
@@ -91,6 +91,7 @@ pub const SETTINGS: &[Setting] = &[
 
     setting!(association.corner_std_floor_px = corner_std_floor_px: Number, "px", "Least standard deviation of a corner: what calibration and undistortion leave."),
     setting!(association.min_depression = min_depression: Number, "rad", "Least angle below the horizon at which a corner is measured."),
+    setting!(association.carrier = carrier: "floor" => Carrier::Floor | "free" => Carrier::Free | "map" => Carrier::Map, "What carries corners to the next picture: the floor's homography, the free one of eight parameters as in the paper, or none: the map alone."),
     setting!(association.pairing = map.pairing: "joint" => Pairing::Joint | "nearest" => Pairing::Nearest, "How corners and landmarks are paired: jointly compatible, or each with its nearest."),
     setting!(association.match_nis = map.match_nis: Pair, "", "Largest normalised innovation squared of a pair, for 1 and 2 degrees of freedom."),
     setting!(association.birth_nis = map.birth_nis: Number, "", "A new landmark's normalised innovation squared is above this to every other."),

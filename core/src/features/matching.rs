@@ -31,10 +31,11 @@ pub trait Descriptor {
 
 impl Descriptor for [u8; 128] {
     fn distance(&self, other: &Self) -> u32 {
-        let mut sum = 0;
+        // At most 128 · 255²: wrapping, so that checks for overflow do not stop vectorisation.
+        let mut sum = 0_i32;
         for (a, b) in self.iter().zip(other) {
-            let difference = i16::from(*a) - i16::from(*b);
-            sum += i32::from(difference) * i32::from(difference);
+            let difference = i16::from(*a).wrapping_sub(i16::from(*b));
+            sum = sum.wrapping_add(i32::from(difference).wrapping_mul(i32::from(difference)));
         }
         sum.unsigned_abs()
     }

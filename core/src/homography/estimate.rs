@@ -102,6 +102,22 @@ impl<T: Real> Homography<T> {
         Some((m.fixed_view::<2, 2>(0, 0) - predicted * third) / carried.z)
     }
 
+    /// The way back, M⁻¹, with Σ carried along: ∂(M⁻¹) = −M⁻¹ ∂M M⁻¹; `None` where M has no inverse.
+    ///
+    /// ```
+    /// use monorange_core::homography::Homography;
+    /// use nalgebra::{Matrix2, Matrix3, SMatrix, Vector2};
+    /// let shift = Matrix3::new(1.0, 0.0, 5.0, 0.0, 1.0, -2.0, 0.0, 0.0, 1.0);
+    /// let back = Homography::new(shift, SMatrix::zeros()).and_then(|there| there.inverse()).expect("a shift");
+    /// let seen = back.predict(Vector2::new(15.0, 18.0), &Matrix2::zeros()).expect("in front");
+    /// assert!((seen.point - Vector2::new(10.0, 20.0)).norm() < 1e-12);
+    /// ```
+    pub fn inverse(&self) -> Option<Self> {
+        let inverse = self.matrix.try_inverse()?;
+        let lift = inverse.kronecker(&inverse.transpose());
+        Self::new(inverse, lift * self.covariance * lift.transpose())
+    }
+
     /// The homography left · M · right of other coordinates, for constant matrices; `None` as for [`new`](Self::new).
     pub(super) fn sandwiched(&self, left: &Matrix3<T>, right: &Matrix3<T>) -> Option<Self> {
         // Row-by-row elements: vec(L M R) = (L ⊗ Rᵀ) vec(M).

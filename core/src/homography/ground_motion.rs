@@ -5,7 +5,7 @@ use super::robust::meaningful;
 use super::sample::Sampler;
 use super::{Homography, Match};
 use crate::Real;
-use crate::geometry::{Camera, Pose, RangeFinder};
+use crate::geometry::{Pose, RangeFinder};
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2};
 
 /// How the robot can move.
@@ -128,7 +128,7 @@ pub fn ground_motion<T: Real>(
 ) -> Result<GroundMotion<T>, NoMotion> {
     let tracks = tracks.get_mut(..matches.len()).ok_or(NoMotion::TooFewTracks)?;
     for (track, pair) in tracks.iter_mut().zip(matches) {
-        *track = Track { rays: rays_from_pixels(finder.camera(), pair), membership: Membership::default() };
+        *track = Track { rays: pair.as_rays(finder.camera()), membership: Membership::default() };
     }
     let problem = MotionProblem::new(config, finder, prior, tracks)?;
     let (start, samples) = problem.search(tracks);
@@ -141,21 +141,6 @@ pub fn ground_motion<T: Real>(
         }
     }
     outcome
-}
-
-/// The match as rays, its covariances carried along; `None` outside the lens model.
-fn rays_from_pixels<T: Real>(camera: &Camera<T>, pair: &Match<T>) -> Option<Match<T>> {
-    let ray = |pixel: Vector2<T>, covariance: &Matrix2<T>| {
-        let ray = camera.ray_from_pixel(pixel)?;
-        let jacobian = camera.ray_by_pixel(ray)?;
-        Some((ray, jacobian * covariance * jacobian.transpose()))
-    };
-    if !pair.is_finite() {
-        return None;
-    }
-    let (from, from_cov) = ray(pair.from, &pair.from_cov)?;
-    let (to, to_cov) = ray(pair.to, &pair.to_cov)?;
-    Some(Match { from, to, from_cov, to_cov })
 }
 
 /// Matches that a step is tried on before the rest.
@@ -413,6 +398,9 @@ impl<'a, T: Real> MotionProblem<'a, T> {
             return Err(NoMotion::NoConsensus);
         }
         let mut covariance = refined.information.cholesky().ok_or(NoMotion::Degenerate)?.inverse();
+        if !covariance.iter().chain(step.0.iter()).all(|value| value.is_finite()) {
+            return Err(NoMotion::Degenerate);
+        }
         for (index, prior) in self.priors().into_iter().enumerate() {
             if prior.is_none() {
                 covariance.row_mut(index).fill(T::zero());

@@ -1,5 +1,6 @@
 use crate::Real;
 use crate::features::Keypoint;
+use crate::geometry::Camera;
 use nalgebra::{Matrix2, Matrix3, Vector2};
 
 /// A point of one picture and its match in another, each with the covariance of its position.
@@ -28,6 +29,21 @@ impl<T: Real> Match<T> {
     pub fn of_keypoints(from: &Keypoint, to: &Keypoint) -> Self {
         let wide = |value: f32| T::lit(f64::from(value));
         Self::new(from.pixel.map(wide), to.pixel.map(wide), wide(from.var_px2), wide(to.var_px2))
+    }
+
+    /// This match of pixels as one of rays (x, y), its covariances carried along; `None` outside the lens model.
+    pub fn as_rays(&self, camera: &Camera<T>) -> Option<Self> {
+        let ray = |pixel: Vector2<T>, covariance: &Matrix2<T>| {
+            let ray = camera.ray_from_pixel(pixel)?;
+            let jacobian = camera.ray_by_pixel(ray)?;
+            Some((ray, jacobian * covariance * jacobian.transpose()))
+        };
+        if !self.is_finite() {
+            return None;
+        }
+        let (from, from_cov) = ray(self.from, &self.from_cov)?;
+        let (to, to_cov) = ray(self.to, &self.to_cov)?;
+        Some(Self { from, to, from_cov, to_cov })
     }
 
     /// The two variances, averaged over the directions.

@@ -3,7 +3,7 @@ use super::motion_likelihood::Track;
 use super::{GroundMotion, GroundMotionConfig, Match, MotionPrior, NoMotion, ground_motion};
 use crate::Real;
 use crate::geometry::{Pose, RangeFinder};
-use nalgebra::{Matrix2, Matrix3, Vector2};
+use nalgebra::{Matrix2, Matrix3, SymmetricEigen, Vector2};
 
 /// Settings of [`VisualOdometry`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -174,7 +174,8 @@ fn positive_part<T: Real>(difference: &Matrix3<T>, whole: &Matrix3<T>) -> Matrix
     let scale = whole.diagonal().map(|variance| variance.max(T::lit(1e-12)).sqrt());
     let inverse = scale.map(|value| T::one() / value);
     let scaled = Matrix3::from_diagonal(&inverse) * symmetric * Matrix3::from_diagonal(&inverse);
-    let mut eigen = scaled.symmetric_eigen();
+    // Bounded, for its iteration does not end on numbers that are not finite.
+    let Some(mut eigen) = SymmetricEigen::try_new(scaled, T::default_epsilon(), 100) else { return *whole };
     eigen.eigenvalues.apply(|value| *value = value.max(T::lit(0.01)));
     let back = Matrix3::from_diagonal(&scale);
     back * eigen.recompose() * back

@@ -1,4 +1,4 @@
-use super::MotionNoise;
+use super::{Carrier, MotionNoise};
 use crate::geometry::RangeFinder;
 use crate::lines::ExtractConfig;
 use crate::slam::{Covariance, FilterConfig, MapConfig, Variant, View};
@@ -42,6 +42,9 @@ pub struct Config {
     pub min_depression: f32,
     /// Which filter, and its gate. Its range finder and mount states are set from the fields above.
     pub filter: FilterConfig<f32>,
+    /// What carries corners from picture to picture where features are found (see
+    /// [`PixelAssociation`](super::PixelAssociation)); a pipeline without them associates in the map.
+    pub carrier: Carrier,
     /// Who is who, and what becomes of landmarks. Its view is set from the camera.
     pub map: MapConfig<f32>,
     /// Of the wheels.
@@ -61,6 +64,7 @@ impl Config {
             corner_std_floor_px: 0.3,
             min_depression: 2_f32.to_radians(),
             filter: FilterConfig::default(),
+            carrier: Carrier::default(),
             map: MapConfig::default(),
             motion: MotionNoise::default(),
             extract: ExtractConfig::default(),
@@ -68,13 +72,15 @@ impl Config {
     }
 
     /// The paper's own choices where this project has others: textbook filter, range and bearing, the mount taken
-    /// as exact.
+    /// as exact, corners carried by the free homography of eight parameters. With [`Carrier::Map`] instead, the same
+    /// without a homography.
     pub fn as_in_the_paper(finder: RangeFinder<f32>) -> Self {
         let mut config = Self::new(finder);
         config.filter.variant = Variant::Textbook;
         config.filter.covariance = Covariance::Packed;
         config.model = Model::RangeBearing;
         config.mount_error = MountError::Exact;
+        config.carrier = Carrier::Free;
         config
     }
 

@@ -12,27 +12,29 @@
 //! the same bits on every target.
 mod config;
 mod motion_noise;
+mod pixel_association;
 mod report;
 mod snapshot;
 mod storage;
-#[cfg(all(feature = "alloc", feature = "sift"))]
+#[cfg(feature = "alloc")]
 mod visual_motion;
 
 pub use config::{Config, Model, MountError};
 pub use motion_noise::{MotionNoise, Odometry};
+pub use pixel_association::{Carrier, MAX_REMEMBERED, PixelAssociation};
 pub use report::{CornerReport, Report};
 pub use snapshot::state_len;
 #[cfg(feature = "alloc")]
 pub use storage::OnHeap;
 pub use storage::{Memory, Storage};
-#[cfg(all(feature = "alloc", feature = "sift"))]
+#[cfg(feature = "alloc")]
 pub use visual_motion::{VisualConfig, VisualMotion, VisualStep};
 
 use crate::Result;
 use crate::geometry::{Pose, RangeFinder};
 use crate::image::Grey;
 use crate::lines::{Corner, EdgePoint, Extraction, Extractor, MAX_CORNERS};
-use crate::slam::{Feature, Filter, Health, Increment, Landmark, Map, Measurement, Outcome};
+use crate::slam::{Feature, Filter, Health, Increment, Landmark, Map, MapReport, Measurement, Outcome};
 use nalgebra::{Matrix2, Matrix3, Vector3};
 
 /// The whole pipeline over memory of the kind `S`.
@@ -179,40 +181,54 @@ impl<S: Storage> Pipeline<S> {
     /// # Errors
     /// [`Error::TimeBackwards`](crate::Error::TimeBackwards).
     pub fn observe(&mut self, time: f64, corners: &[Corner]) -> Result<Report> {
-        let finder = self.finder();
-        let mut sighted = heapless::Vec::<CornerReport, MAX_CORNERS>::new();
-        let mut features = heapless::Vec::<Feature<f32>, MAX_CORNERS>::new();
-        let mut without_range = 0;
-        for corner in corners {
-            let used = self.sight(&finder, corner).and_then(|(report, feature)| {
-                sighted.push(report).ok()?;
-                features.push(feature).ok()
-            });
-            without_range += u32::from(used.is_none());
-        }
-        if time > self.filter().time() {
-            let still = Increment { delta: Vector3::zeros(), covariance: Matrix3::zeros() };
-            self.map.filter_mut().predict(time, &still)?;
-        }
+        let mut seen = self.sightings(corners);
+        self.stand_until(time)?;
         let mut outcomes = [Outcome::default(); MAX_CORNERS];
-        let looks_alike = |index: usize, landmark: &Landmark<f32>| {
-            features.get(index).is_some_and(|feature| landmark.descriptor == feature.descriptor)
-        };
-        let map = self.map.observe(&features, looks_alike, &mut outcomes)?;
-        for (corner, outcome) in sighted.iter_mut().zip(outcomes) {
+        let looks_alike = |index: usize, landmark: &Landmark<f32>| seen.looks_alike(index, landmark);
+        let map = self.map.observe(&seen.features, looks_alike, &mut outcomes)?;
+        for (corner, outcome) in seen.corners.iter_mut().zip(outcomes) {
             corner.outcome = outcome;
         }
+        Ok(self.report(time, seen, map))
+    }
+
+    /// The corners that have a range worth the name, as the filter takes them.
+    fn sightings(&self, corners: &[Corner]) -> Sightings {
+        let finder = self.finder();
+        let mut seen = Sightings::default();
+        for corner in corners {
+            let used = self.sight(&finder, corner).and_then(|(report, feature)| {
+                seen.corners.push(report).ok()?;
+                seen.features.push(feature).ok()
+            });
+            seen.without_range += u32::from(used.is_none());
+        }
+        seen
+    }
+
+    /// Lets time pass without a motion.
+    fn stand_until(&mut self, time: f64) -> Result<()> {
+        if time <= self.filter().time() {
+            return Ok(());
+        }
+        let still = Increment { delta: Vector3::zeros(), covariance: Matrix3::zeros() };
+        self.map.filter_mut().predict(time, &still)
+    }
+
+    /// What the picture brought.
+    fn report(&mut self, time: f64, seen: Sightings, map: MapReport) -> Report {
+        let Sightings { corners, without_range, .. } = seen;
         self.frame += 1;
-        Ok(Report {
+        Report {
             frame: self.frame - 1,
             time,
             pose: self.filter().pose(),
             pose_covariance: self.filter().pose_covariance(),
-            corners: sighted,
+            corners,
             without_range,
             map,
             truncations: Default::default(),
-        })
+        }
     }
 
     /// A corner as the filter takes it, or `None` where it has no range worth the name.
@@ -239,6 +255,21 @@ impl<S: Storage> Pipeline<S> {
             report,
             Feature { pixel: Some(pixel), descriptor: Some(looks(corner)), ..Feature::new(measurement) },
         ))
+    }
+}
+
+/// A picture's corners as reported and as the map takes them, one to one.
+#[derive(Default)]
+struct Sightings {
+    corners: heapless::Vec<CornerReport, MAX_CORNERS>,
+    features: heapless::Vec<Feature<f32>, MAX_CORNERS>,
+    without_range: u32,
+}
+
+impl Sightings {
+    /// Whether a feature may be of a landmark by its looks.
+    fn looks_alike(&self, index: usize, landmark: &Landmark<f32>) -> bool {
+        self.features.get(index).is_some_and(|feature| landmark.descriptor == feature.descriptor)
     }
 }
 

@@ -7,14 +7,17 @@
 //! Memory grows with the picture (about 65 bytes a pixel), so this is for hosts and browsers: features `alloc` and
 //! `sift`. The equations are those of [`homography`](crate::homography).
 use crate::features::{Detector, FeatureKind, Features, MatchConfig, SiftConfig};
-use crate::geometry::RangeFinder;
-use crate::homography::{Match, OdometryConfig, Track, VisualOdometry};
+use crate::geometry::{Camera, RangeFinder};
+use crate::homography::{
+    GroundMotion, HomographyConfig, HomographyEstimate, Match, MotionPrior, NoMotion, OdometryConfig, Track,
+    VisualOdometry, estimate_homography,
+};
 use crate::image::Grey;
 use crate::slam::Increment;
 use crate::{Error, Result};
 use alloc::vec;
 use alloc::vec::Vec;
-use nalgebra::Vector3;
+use nalgebra::{Matrix2, Vector2, Vector3};
 
 /// Settings of [`VisualMotion`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,24 +30,23 @@ pub struct VisualConfig {
     pub matching: MatchConfig,
     /// Standard deviation of a keypoint, px.
     pub keypoint_std_px: f32,
+    /// Whether the free homography is estimated even where the floor's is found.
+    pub free: bool,
 }
 
 impl Default for VisualConfig {
     fn default() -> Self {
-        let acceleration = 0.3; // of a robot that drives indoors
+        let acceleration = 5.0; // of a car that brakes: no more than a hint, or the steps' errors would all be one
         Self {
             odometry: OdometryConfig {
                 acceleration_std: acceleration,
                 turn_acceleration_std: acceleration,
                 ..OdometryConfig::default()
             },
-            features: FeatureKind::Sift(SiftConfig {
-                doubled: false,
-                contrast: 0.02,
-                ..SiftConfig::default()
-            }),
+            features: FeatureKind::Sift(SiftConfig::default()),
             matching: MatchConfig::default(),
             keypoint_std_px: 0.3,
+            free: false,
         }
     }
 }
@@ -58,6 +60,12 @@ pub struct VisualStep {
     pub measured: bool,
     /// Matches with the keyframe.
     pub matches: usize,
+    /// The motion since the keyframe, or why the pictures give none.
+    pub motion: core::result::Result<GroundMotion<f32>, NoMotion>,
+    /// The free homography of rays, keyframe to this picture, where it is asked for and there is one.
+    pub free: Option<HomographyEstimate<f32>>,
+    /// Whether this picture is the keyframe from here on.
+    pub new_keyframe: bool,
 }
 
 /// Keyframe, last velocity and working memory.
@@ -100,7 +108,36 @@ impl VisualMotion {
         time: f64,
         picture: Grey<'_>,
     ) -> Result<Option<VisualStep>> {
+        self.step_with(finder, time, None, picture)
+    }
+
+    /// As [`step`](Self::step) with `odometry`, the wheels' step since the last picture: the step is then both
+    /// together.
+    ///
+    /// # Errors
+    /// As [`step`](Self::step).
+    pub fn step_with(
+        &mut self,
+        finder: &RangeFinder<f32>,
+        time: f64,
+        odometry: Option<&Increment<f32>>,
+        picture: Grey<'_>,
+    ) -> Result<Option<VisualStep>> {
         let seen = self.detector.detect(picture)?;
+        self.follow(finder, time, odometry, seen)
+    }
+
+    /// As [`step_with`](Self::step_with), of features that were found elsewhere.
+    ///
+    /// # Errors
+    /// [`Error::TimeBackwards`].
+    pub fn follow(
+        &mut self,
+        finder: &RangeFinder<f32>,
+        time: f64,
+        odometry: Option<&Increment<f32>>,
+        seen: Features,
+    ) -> Result<Option<VisualStep>> {
         let Some(keyframe) = &self.keyframe else {
             (self.keyframe, self.last_time) = (Some(seen), time);
             return Ok(None);
@@ -111,7 +148,17 @@ impl VisualMotion {
         let seconds = (time - self.last_time) as f32;
         let matches = self.matches(keyframe, &seen)?;
         let mut tracks = vec![Track::default(); matches.len()];
-        let report = self.odometry.step(&self.config.odometry, finder, &matches, seconds, None, &mut tracks);
+        let wheels = odometry.map(prior);
+        let report = self.odometry.step(
+            &self.config.odometry,
+            finder,
+            &matches,
+            seconds,
+            wheels.as_ref(),
+            &mut tracks,
+        );
+        let wanted = self.config.free || report.motion.is_err();
+        let free = if wanted { free_homography(finder.camera(), &matches) } else { None };
         if report.new_keyframe {
             self.keyframe = Some(seen);
         }
@@ -122,6 +169,9 @@ impl VisualMotion {
             increment: Increment { delta, covariance: report.increment_covariance },
             measured: report.measured,
             matches: matches.len(),
+            motion: report.motion,
+            free,
+            new_keyframe: report.new_keyframe,
         }))
     }
 
@@ -133,4 +183,22 @@ impl VisualMotion {
             .filter_map(|pair| Some((keyframe.keypoints.get(pair.first)?, seen.keypoints.get(pair.second)?)));
         Ok(ends.map(|(from, to)| Match::new(from.pixel, to.pixel, variance, variance)).collect())
     }
+}
+
+/// The wheels' step as path and turn.
+fn prior(step: &Increment<f32>) -> MotionPrior<f32> {
+    let path = step.delta.xy().norm();
+    let arc = Vector2::new(if step.delta.x < 0.0 { -path } else { path }, step.delta.z);
+    let c = &step.covariance;
+    // The wheels may stand still, and then know it exactly.
+    let floor = Matrix2::from_diagonal(&Vector2::new(1e-8, 1e-8));
+    MotionPrior { arc, covariance: Matrix2::new(c.m11, c.m13, c.m31, c.m33) + floor }
+}
+
+/// The homography that most rays agree with.
+fn free_homography(camera: &Camera<f32>, matches: &[Match<f32>]) -> Option<HomographyEstimate<f32>> {
+    let rays: Vec<_> = matches.iter().filter_map(|pair| pair.as_rays(camera)).collect();
+    let mut posteriors = vec![0.0; rays.len()];
+    let config = HomographyConfig { scale_noise: true, ..HomographyConfig::default() };
+    estimate_homography(&config, &rays, &mut posteriors).ok()
 }

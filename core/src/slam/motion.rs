@@ -72,6 +72,29 @@ impl<T: Real> Increment<T> {
         Self { delta, covariance: by_velocity * covariance * by_velocity.transpose() }
     }
 
+    /// This step and the next one as one, their errors independent.
+    ///
+    /// ```
+    /// use monorange_core::slam::Increment;
+    /// use nalgebra::{Matrix3, Vector3};
+    /// let quarter = core::f64::consts::FRAC_PI_2;
+    /// let step = Increment { delta: Vector3::new(1.0, 0.0, quarter), covariance: Matrix3::identity() };
+    /// assert!((step.then(&step).delta - Vector3::new(1.0, 1.0, 2.0 * quarter)).norm() < 1e-12);
+    /// ```
+    pub fn then(&self, next: &Self) -> Self {
+        let (sin, cos) = self.delta.z.sin_cos();
+        let turn = Matrix2::new(cos, -sin, sin, cos);
+        let moved = turn * next.delta.xy();
+        let mut carry = Matrix3::identity();
+        carry.fixed_view_mut::<2, 1>(0, 2).copy_from(&Vector2::new(-moved.y, moved.x));
+        let turn = turn.to_homogeneous();
+        Self {
+            delta: self.delta + moved.push(next.delta.z),
+            covariance: carry * self.covariance * carry.transpose()
+                + turn * next.covariance * turn.transpose(),
+        }
+    }
+
     /// # Errors
     /// [`Error::OutOfRange`] when a number is not finite or a variance is negative.
     pub(super) fn check(&self) -> Result<()> {
