@@ -66,6 +66,9 @@ pub struct Arguments {
     /// What is done with a measurement beyond its gate: its noise is inflated, it is dropped, or it is used.
     #[arg(long, value_name = "NAME", default_value = "soft", value_parser = gate_parser())]
     gate: Gate,
+    /// What the sensor reads too much, m: it is taken off every range.
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = finite)]
+    range_offset: Option<f64>,
     /// Of a range, m, where the log gives no variance.
     #[arg(long, value_name = "METRES", value_parser = at_least_zero)]
     range_std: Option<f64>,
@@ -99,6 +102,9 @@ pub struct Arguments {
     /// Without names: duplicates lie closer than this, m; 0 merges nothing.
     #[arg(long, value_name = "METRES", value_parser = at_least_zero)]
     merge_distance: Option<f64>,
+    /// Without names: a match is made when every other explanation is less likely by this, as 2 ln of the ratio.
+    #[arg(long, value_name = "NUMBER", value_parser = at_least_zero)]
+    ambiguity: Option<f64>,
     /// Without names: a normalised innovation squared above this to every landmark starts a new one.
     #[arg(long, value_name = "NIS", value_parser = at_least_zero)]
     birth_nis: Option<f64>,
@@ -134,6 +140,11 @@ fn named<T: Copy + Default>(table: &[(&str, T)], word: &str) -> T {
 
 fn name_of<T: PartialEq>(table: &[(&'static str, T)], value: &T) -> &'static str {
     table.iter().find(|(_, other)| other == value).map_or("", |(name, _)| name)
+}
+
+fn finite(text: &str) -> std::result::Result<f64, String> {
+    let number = text.parse::<f64>().ok().filter(|number| number.is_finite());
+    number.ok_or_else(|| "must be a finite number".to_owned())
 }
 
 fn at_least_zero(text: &str) -> std::result::Result<f64, String> {
@@ -186,6 +197,7 @@ impl Arguments {
             self.association.unwrap_or(if named { Association::Known } else { Association::Unknown });
         (settings.filter.variant, settings.filter.gate) = (self.filter, self.gate);
         let set = |value: &mut f64, given: Option<f64>| *value = given.unwrap_or(*value);
+        set(&mut settings.range_offset, self.range_offset);
         set(&mut settings.range_std[0], self.range_std);
         set(&mut settings.range_std[1], self.range_share);
         set(&mut settings.bearing_std, self.bearing_std);
@@ -198,6 +210,7 @@ impl Arguments {
         set(&mut settings.map.view.half_angle, self.view_angle);
         set(&mut settings.map.merge_distance, self.merge_distance);
         set(&mut settings.map.birth_nis, self.birth_nis);
+        set(&mut settings.map.ambiguity, self.ambiguity);
         settings.landmarks = self.max_landmarks.map_or(settings.landmarks, usize::from);
         settings
     }
@@ -284,10 +297,11 @@ fn setting_lines(settings: &Settings) -> Vec<SettingLine> {
         Association::Unknown => "unknown",
     };
     type Text<'a> = &'a dyn Fn(&Settings) -> String;
-    let rows: [(&str, Text<'_>, &'static str, &'static str); 17] = [
+    let rows: [(&str, Text<'_>, &'static str, &'static str); 19] = [
         ("association", &|s| association(s).to_owned(), "", "whether the names of the log are used"),
         ("filter", &|s| name_of(&FILTERS, &s.filter.variant).to_owned(), "", "which filter"),
         ("gate", &|s| name_of(&GATES, &s.filter.gate).to_owned(), "", "what is done beyond the gate"),
+        ("range-offset", &|s| s.range_offset.to_string(), "m", "what the sensor reads too much"),
         ("range-std", &|s| s.range_std[0].to_string(), "m", "of a range, where the log gives no variance"),
         ("range-share", &|s| s.range_std[1].to_string(), "", "of a range, as a share of it"),
         (
@@ -304,6 +318,12 @@ fn setting_lines(settings: &Settings) -> Vec<SettingLine> {
         ("view-range", &|s| s.map.view.far.to_string(), "m", "landmarks nearer than this are expected"),
         ("view-angle", &|s| s.map.view.half_angle.to_string(), "rad", "and within this bearing"),
         ("merge-distance", &|s| s.map.merge_distance.to_string(), "m", "duplicates lie closer"),
+        (
+            "ambiguity",
+            &|s| s.map.ambiguity.to_string(),
+            "",
+            "2 ln of how much less likely other explanations are",
+        ),
         ("birth-nis", &|s| s.map.birth_nis.to_string(), "", "above this to every landmark, a new one starts"),
         ("max-landmarks", &|s| s.landmarks.to_string(), "", "landmarks that there is room for"),
         ("confirm", &|s| s.map.confirm.to_string(), "", "sightings that confirm a landmark without a name"),

@@ -1,7 +1,7 @@
 use super::{LogSighting, Recording, SensorLog};
 use crate::files::{MapPoint, Odometry, Stamped, Table, read_text};
 use crate::{Error, Result};
-use monorange_core::geometry::Pose;
+use monorange_core::geometry::{Pose, wrap_angle};
 use nalgebra::Vector2;
 use std::fmt::Write;
 use std::path::Path;
@@ -111,7 +111,8 @@ pub(super) fn victoria_park(path: &Path) -> Result<Recording> {
 }
 
 /// A log of ranges to radio beacons: `PlazaN_DR.csv` (way and turn since the line before), `PlazaN_TD.csv`,
-/// `PlazaN_GT.csv` and `PlazaN_TL.csv`.
+/// `PlazaN_GT.csv` and `PlazaN_TL.csv`. The true headings of log 2 point backwards, against the way the robot drives:
+/// they are turned round.
 pub(super) fn plaza(folder: &Path, number: u32) -> Result<Recording> {
     let file = |kind: &str| folder.join(format!("Plaza{number}_{kind}.csv"));
     let table = |kind| Table::read(&file(kind));
@@ -129,7 +130,9 @@ pub(super) fn plaza(folder: &Path, number: u32) -> Result<Recording> {
         ..LogSighting::range_bearing(time, range, 0.0)
     };
     let log = SensorLog { odometry, sightings: ranges.into_iter().map(sighting).collect() };
-    let truth = table("GT")?.numbers(["t", "x", "y", "theta"])?.into_iter().map(stamped);
+    let turned = if number == 2 { std::f64::consts::PI } else { 0.0 };
+    let truth = table("GT")?.numbers(["t", "x", "y", "theta"])?.into_iter();
+    let truth = truth.map(|[time, x, y, heading]| stamped([time, x, y, wrap_angle(heading + turned)]));
     let true_map = table("TL")?.numbers(["beacon_id", "x", "y"])?.into_iter().map(map_point);
     Ok(Recording { log, truth: truth.collect(), true_map: true_map.collect() })
 }

@@ -29,6 +29,8 @@ pub struct Settings {
     pub filter: FilterConfig<f64>,
     /// The map's upkeep, without names.
     pub map: MapConfig<f64>,
+    /// What the sensor reads too much, m.
+    pub range_offset: f64,
     /// Metres, where the log gives no variance: a constant, and a fraction of the range.
     pub range_std: [f64; 2],
     /// Radians, where the log gives no variance.
@@ -53,6 +55,7 @@ impl Default for Settings {
             association: Association::default(),
             filter: FilterConfig::default(),
             map: MapConfig::default(),
+            range_offset: 0.0,
             range_std: [0.1, 0.0],
             bearing_std: 0.02,
             speed_std: 0.05,
@@ -175,7 +178,8 @@ impl Run<'_> {
             sighting.variances[0].unwrap_or(constant * constant + (fraction * range).powi(2))
         };
         let bearing_variance = sighting.variances[1].unwrap_or(self.settings.bearing_std.powi(2));
-        Some(match (sighting.range, sighting.bearing) {
+        let range = sighting.range.map(|range| range - self.settings.range_offset);
+        Some(match (range, sighting.bearing) {
             (Some(range), Some(bearing)) => {
                 let coupling = sighting.covariance;
                 let covariance = Matrix2::new(range_variance(range), coupling, coupling, bearing_variance);

@@ -40,8 +40,6 @@ pub struct Batch {
     pub steps: Vec<Step>,
     /// Sights, sorted by pose.
     pub sights: Vec<Sight>,
-    /// Normalised squares of sights' residuals beyond this count with their root alone (Huber), as the soft gate has it.
-    pub robust: Option<f64>,
 }
 
 impl Batch {
@@ -91,11 +89,6 @@ impl Batch {
         (d - sight.point, by_pose, back)
     }
 
-    fn weight(&self, error: &Vector2<f64>, information: &Matrix2<f64>) -> f64 {
-        let square = error.dot(&(information * error));
-        self.robust.map_or(1.0, |limit| (limit / square).sqrt().min(1.0))
-    }
-
     fn iterate(&mut self) -> f64 {
         let (count, border) = (self.poses.len(), 2 * self.landmarks.len());
         let mut own = vec![Matrix3::<f64>::zeros(); count];
@@ -120,7 +113,7 @@ impl Batch {
             let mut coupling = core::mem::replace(&mut carried, Matrix3xX::zeros(0));
             while let Some(sight) = sights.next_if(|sight| sight.pose == k) {
                 let (error, by_pose, by_landmark) = self.sight_residual(sight);
-                let weight = sight.information * self.weight(&error, &sight.information);
+                let weight = sight.information;
                 let at = 2 * sight.landmark;
                 own[k] += by_pose.transpose() * weight * by_pose;
                 right[k] -= by_pose.transpose() * weight * error;
