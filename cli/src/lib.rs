@@ -5,9 +5,11 @@
 //! | [`files`] | every format that is read or written, one module each |
 //! | [`pictures`] | folders of pictures, decoding to grey |
 //! | [`evaluation`] | a trajectory and a map against the truth |
+//! | [`calibration`] | the mount from points, drives or vertical edges |
 //! | [`extraction`] | the core's extractor with memory from the heap |
 //! | [`draw`] | overlays |
 //! | [`report`] | what a run writes: `report.html` and the plain files |
+//! | [`reproduce`] | the paper's tables and figures |
 //! | [`sensor_log`] | the filter on the log of another sensor |
 //! | [`commands`] | one module a command, and nothing else |
 //!
@@ -17,6 +19,8 @@
 //!
 //! A command reads everything and checks it before it writes anything; what it writes appears whole or not at
 //! all ([`files::Outputs`]). Every [`Error`] names the file, the line or field, the cause and what to do.
+#[cfg(feature = "command")]
+pub mod calibration;
 #[cfg(feature = "command")]
 pub mod commands;
 #[cfg(feature = "report")]
@@ -29,6 +33,8 @@ pub mod files;
 pub mod pictures;
 #[cfg(feature = "report")]
 pub mod report;
+#[cfg(feature = "command")]
+pub mod reproduce;
 pub mod sensor_log;
 
 pub use error::{Error, Result, nearest};

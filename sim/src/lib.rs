@@ -52,6 +52,7 @@ mod walker;
 pub use laser::{Beam, LaserConfig};
 pub use odometry::OdometryNoise;
 pub use path::Twist;
+pub use random::{Random, Stream};
 pub use rig::{MOUNT_STD, PIXEL_STD, default_rig, hand_mounted};
 pub use scene::{Landmark, Scene, SceneConfig, TABLE2_POINTS, Wall};
 pub use simulation::{SimConfig, Simulation};

@@ -2,24 +2,32 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
 /// Numbers that depend on the seed and the stream alone, with the same bits on every target.
-pub(crate) struct Random(ChaCha8Rng);
+pub struct Random(ChaCha8Rng);
 
 /// What a stream of random numbers is for: streams of one seed are independent of each other.
-#[derive(Clone, Copy)]
-pub(crate) enum Stream {
+#[derive(Clone, Copy, Debug)]
+pub enum Stream {
+    /// Looks and layout of a scene.
     Scene,
+    /// The floor.
     FloorTexture,
+    /// The walls.
     WallTexture,
+    /// People's will.
     Walkers,
+    /// The wheels' errors.
     Odometry,
-    /// One a frame.
+    /// Pixel noise, one stream a frame.
     Pixels(usize),
-    /// One a frame.
+    /// The laser's noise, one stream a frame.
     Laser(usize),
+    /// Whatever an experiment draws beside a simulation.
+    Experiment(usize),
 }
 
 impl Random {
-    pub(crate) fn new(seed: u64, stream: Stream) -> Self {
+    /// The stream of a seed from its beginning.
+    pub fn new(seed: u64, stream: Stream) -> Self {
         let mut generator = ChaCha8Rng::seed_from_u64(seed);
         generator.set_stream(match stream {
             Stream::Scene => 1,
@@ -29,16 +37,18 @@ impl Random {
             Stream::Odometry => 5,
             Stream::Pixels(frame) => (1 << 32) | frame as u64,
             Stream::Laser(frame) => (2 << 32) | frame as u64,
+            Stream::Experiment(number) => (3 << 32) | number as u64,
         });
         Self(generator)
     }
 
     /// Uniform in [0, 1).
-    pub(crate) fn unit(&mut self) -> f64 {
+    pub fn unit(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    pub(crate) fn within(&mut self, low: f64, high: f64) -> f64 {
+    /// Uniform between two numbers.
+    pub fn within(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
 
@@ -52,7 +62,7 @@ impl Random {
     }
 
     /// Standard normal, by Box and Muller.
-    pub(crate) fn normal(&mut self) -> f64 {
+    pub fn normal(&mut self) -> f64 {
         let radius = libm::sqrt(-2.0 * libm::log(1.0 - self.unit()));
         radius * libm::cos(core::f64::consts::TAU * self.unit())
     }

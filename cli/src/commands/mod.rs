@@ -1,11 +1,14 @@
 //! The commands, one module each: its arguments, and `run`.
+pub mod calibrate_mount;
 pub mod evaluate;
 pub mod keypoints;
 pub mod landmarks;
 pub mod matching;
 mod progress;
 pub mod range;
+pub mod reproduce;
 mod results;
+pub mod sequence;
 pub mod simulate;
 pub mod slam;
 pub mod slam_log;
@@ -34,6 +37,8 @@ enum Command {
     SlamLog(slam_log::Arguments),
     Simulate(simulate::Arguments),
     Evaluate(evaluate::Arguments),
+    CalibrateMount(calibrate_mount::Arguments),
+    Reproduce(reproduce::Arguments),
 }
 
 /// Runs the command that the arguments name.
@@ -50,5 +55,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::SlamLog(arguments) => slam_log::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
+        Command::CalibrateMount(arguments) => calibrate_mount::run(&arguments),
+        Command::Reproduce(arguments) => reproduce::run(&arguments),
     }
 }

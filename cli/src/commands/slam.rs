@@ -1,9 +1,12 @@
 //! `slam`: a sequence of pictures → trajectory, map, and a report about both.
 use crate::{
     Error, Result,
-    commands::{progress, results},
-    files::{self, MapPoint, Odometry, Outputs, Rig, Stamped, Table},
-    pictures::{self, Picture},
+    commands::{
+        progress, results,
+        sequence::{Sequence, SequenceFiles, beside},
+    },
+    files::{MapPoint, Outputs, Rig, Stamped, Table},
+    pictures::Picture,
     report::{self, Observation, Run, SHOTS, Shot},
 };
 use clap::Args;
@@ -13,10 +16,7 @@ use monorange_core::{
     slam::{Increment, Status},
 };
 use nalgebra::Vector2;
-use std::{
-    path::{Path, PathBuf},
-    time::Instant,
-};
+use std::{path::PathBuf, time::Instant};
 
 /// Trajectory and map of a robot from its camera's pictures.
 ///
@@ -65,7 +65,13 @@ pub struct Arguments {
 /// When a file is missing, malformed or does not fit the others, or nothing can be written.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let rig = Rig::read(&arguments.rig)?;
-    let sequence = Sequence::read(arguments, &rig)?;
+    let files = SequenceFiles {
+        frames: &arguments.frames,
+        times: arguments.times.as_deref(),
+        odometry: arguments.odometry.as_deref(),
+        truth: arguments.truth.as_deref(),
+    };
+    let sequence = Sequence::read(files, &rig)?;
     let mut outputs = Outputs::into_folder(&arguments.out)?;
     let mut drive = Drive::new(arguments, &rig, &sequence)?;
     drive.all_frames()?;
@@ -73,52 +79,6 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     results::write(&mut outputs, &run)?;
     outputs.commit()?;
     results::print(&run, &arguments.out, arguments.json)
-}
-
-/// The inputs, checked against each other.
-struct Sequence {
-    images: Vec<PathBuf>,
-    times: Vec<f64>,
-    odometry: Option<Odometry>,
-    truth: Vec<Stamped>,
-}
-
-impl Sequence {
-    fn read(arguments: &Arguments, rig: &Rig) -> Result<Self> {
-        let images = pictures::in_folder(&arguments.frames)?;
-        let camera = rig.finder.camera();
-        for image in &images {
-            pictures::check_size(image, camera.width(), camera.height())?;
-        }
-        let times = times(arguments, images.len())?;
-        let odometry = arguments.odometry.as_deref().map(Odometry::read).transpose()?;
-        if let (Some(odometry), Some(path)) = (&odometry, &arguments.odometry) {
-            odometry.check_cover(path, &times)?;
-        }
-        let truth = arguments.truth.as_deref().map(files::read_trajectory).transpose()?.unwrap_or_default();
-        Ok(Self { images, times, odometry, truth })
-    }
-}
-
-fn times(arguments: &Arguments, frames: usize) -> Result<Vec<f64>> {
-    let found = beside(&arguments.frames, "times.txt");
-    let path = arguments.times.as_ref().or(found.as_ref()).ok_or_else(|| {
-        Error::new("the frames have no times")
-            .at(&arguments.frames)
-            .help("give --times with one time a line, s")
-    })?;
-    let times = files::read_times(path)?;
-    if times.len() == frames {
-        return Ok(times);
-    }
-    let cause = format!("has {} times for {frames} pictures", times.len());
-    Err(Error::new(cause).at(path).help("give one time for every picture of the folder"))
-}
-
-/// A file of this name beside the folder, if there is one.
-fn beside(folder: &Path, name: &str) -> Option<PathBuf> {
-    let path = folder.components().as_path().parent()?.join(name);
-    path.is_file().then_some(path)
 }
 
 /// The pipeline on its way through the sequence, and what it has gathered.

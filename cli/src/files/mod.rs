@@ -21,7 +21,7 @@ pub use odometry::{Control, Odometry};
 pub use order::natural_order;
 #[cfg(feature = "command")]
 pub use outputs::{NewFolder, Outputs, to_file_or_stdout};
-pub use rig::Rig;
+pub use rig::{MOUNT_KEYS, Rig, with_mount};
 pub use settings::{SETTINGS, Setting};
 pub use table::Table;
 pub use times::read_times;

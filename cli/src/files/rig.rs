@@ -42,8 +42,8 @@ pub struct Rig {
 const ROOT: &[&str] = &["camera_info", "camera", "mount", "extract", "filter", "association"];
 const CAMERA: &[&str] =
     &["camera_info", "width", "height", "focal", "principal", "skew", "distortion", "pixel_std"];
-/// In the order of the mount's parameters, each with the factor to SI units.
-const MOUNT: [(&str, &str, f64); 6] = [
+/// The mount's keys in the order of its parameters: value, standard deviation, and the factor to SI units.
+pub const MOUNT_KEYS: [(&str, &str, f64); 6] = [
     ("height", "height_std", 1.0),
     ("tilt_deg", "tilt_std_deg", DEGREE),
     ("roll_deg", "roll_std_deg", DEGREE),
@@ -107,7 +107,7 @@ impl Rig {
         writeln!(out, "skew = {:?}\ndistortion = [{k1:?}, {k2:?}, {p1:?}, {p2:?}, {k3:?}]", camera.skew())?;
         writeln!(out, "pixel_std = {:?}\n\n[mount]", self.pixel_std)?;
         let values = self.finder.mount().parameters().into_iter().zip(self.mount_std);
-        for ((key, std_key, unit), (value, std)) in MOUNT.into_iter().zip(values) {
+        for ((key, std_key, unit), (value, std)) in MOUNT_KEYS.into_iter().zip(values) {
             // Degrees of a number that was written in degrees: the nearest short one.
             let [value, std] = [value, std].map(|number| ((number / unit) * 1e9).round() / 1e9);
             writeln!(out, "{key} = {value:?}\n{std_key} = {std:?}")?;
@@ -119,6 +119,42 @@ impl Rig {
     pub fn pixel_covariance(&self) -> Matrix2<f64> {
         Matrix2::from_diagonal(&self.pixel_std.map(|std| std * std).into())
     }
+}
+
+/// The text of a rig file with another mount and its standard deviations (0: unchanged), every other line as it is;
+/// `out` is where it will stand, so that a camera file that it names is still found.
+///
+/// # Errors
+/// When the text is not a rig file's.
+pub fn with_mount(path: &Path, text: &str, out: &Path, mount: &Mount<f64>, std: [f64; 4]) -> Result<String> {
+    let mut document: toml_edit::DocumentMut =
+        text.parse().map_err(|error: toml_edit::TomlError| Error::new(error.message()).at(path))?;
+    let section = document.entry("mount").or_insert(toml_edit::table());
+    for ((key, std_key, unit), (value, std)) in
+        MOUNT_KEYS.into_iter().zip(mount.parameters().into_iter().zip(std))
+    {
+        if std > 0.0 {
+            for (key, number) in [(key, value), (std_key, std)] {
+                section[key] = toml_edit::value(((number / unit) * 1e6).round() / 1e6);
+            }
+        }
+    }
+    let folder = |path: &Path| std::path::absolute(path.parent().unwrap_or(Path::new(""))).ok();
+    if folder(path) != folder(out) {
+        for holder in ["camera", ""] {
+            let item = if holder.is_empty() {
+                document.get_mut("camera_info")
+            } else {
+                document.get_mut(holder).and_then(|camera| camera.get_mut("camera_info"))
+            };
+            let Some(item) = item else { continue };
+            let file = item.as_str().and_then(|file| Some(folder(path)?.join(file)));
+            if let Some(file) = file {
+                *item = toml_edit::value(file.display().to_string());
+            }
+        }
+    }
+    Ok(document.to_string())
 }
 
 fn camera(root: &Section<'_>, path: &Path) -> Result<(Camera<f64>, [f64; 2])> {
@@ -191,12 +227,12 @@ fn intrinsics(section: &Section<'_>) -> Result<Intrinsics> {
 
 fn mount(root: &Section<'_>) -> Result<(Mount<f64>, [f64; 6])> {
     let known: Vec<_> =
-        MOUNT.iter().map(|(key, ..)| *key).chain(MOUNT.iter().map(|(_, std, _)| *std)).collect();
+        MOUNT_KEYS.iter().map(|(key, ..)| *key).chain(MOUNT_KEYS.iter().map(|(_, std, _)| *std)).collect();
     let help = "say how the camera sits: [mount] with height (m) and tilt_deg (downwards)";
     let section = root.section("mount", &known)?.ok_or_else(|| root.missing("mount", help))?;
     let (mut parameters, mut deviations) = ([0.0; 6], [0.0; 6]);
     for ((parameter, deviation), (key, std_key, unit)) in
-        parameters.iter_mut().zip(&mut deviations).zip(MOUNT)
+        parameters.iter_mut().zip(&mut deviations).zip(MOUNT_KEYS)
     {
         let value = match key {
             "height" => {

@@ -1,12 +1,22 @@
-//! A chart of something over time, as SVG whose colours are the page's.
+//! A chart of something over time or over another quantity, as SVG whose colours are the page's.
 use super::svg::{coordinate, number, path_data, ticks};
 use std::fmt::Write as _;
 
+/// What runs from left to right.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Axis {
+    /// First and last value.
+    pub(crate) range: [f64; 2],
+    /// Its unit.
+    pub(crate) unit: &'static str,
+}
+
 /// A chart under construction; its coordinates are those of the data.
-pub(super) struct Chart {
+pub(crate) struct Chart {
     title: String,
     unit: String,
     x: [f64; 2],
+    x_unit: &'static str,
     y: [f64; 2],
     height: f64,
     body: String,
@@ -21,14 +31,31 @@ const BOTTOM: f64 = 22.0;
 const MAX_POINTS: usize = 1500;
 
 impl Chart {
-    /// A chart of `title` in `unit`, over x and y ranges.
-    pub(super) fn new(title: &str, unit: &str, x: [f64; 2], y: [f64; 2], height: f64) -> Self {
+    /// A chart of `title` in `unit` over seconds and a y range.
+    pub(crate) fn new(title: &str, unit: &str, seconds: [f64; 2], y: [f64; 2], height: f64) -> Self {
+        Self::over(Axis { range: seconds, unit: "s" }, title, unit, y, height)
+    }
+
+    /// A chart of `title` in `unit` over an axis and a y range.
+    pub(crate) fn over(axis: Axis, title: &str, unit: &str, y: [f64; 2], height: f64) -> Self {
         let widen = |[low, high]: [f64; 2]| if high > low { [low, high] } else { [low - 0.5, low + 0.5] };
-        Self { title: title.into(), unit: unit.into(), x: widen(x), y: widen(y), height, body: String::new() }
+        let (x, y) = (widen(axis.range), widen(y));
+        Self { title: title.into(), unit: unit.into(), x, x_unit: axis.unit, y, height, body: String::new() }
+    }
+
+    /// Words left of and above a point.
+    pub(crate) fn label(&mut self, x: f64, y: f64, class: &str, words: &str) {
+        let (x, y) = self.place(x, y);
+        let _ = write!(
+            self.body,
+            r#"<text class="label {class}" x="{:.1}" y="{:.1}" text-anchor="end">{words}</text>"#,
+            x - 3.0,
+            y - 5.0
+        );
     }
 
     /// The area between two curves (x, low, high).
-    pub(super) fn band(&mut self, class: &str, points: &[[f64; 3]]) {
+    pub(crate) fn band(&mut self, class: &str, points: &[[f64; 3]]) {
         let thinned: Vec<_> = thin(points).collect();
         let lower = thinned.iter().map(|[x, low, _]| self.place(*x, *low));
         let upper = thinned.iter().rev().map(|[x, _, high]| self.place(*x, *high));
@@ -37,13 +64,13 @@ impl Chart {
     }
 
     /// A curve.
-    pub(super) fn line(&mut self, class: &str, points: &[[f64; 2]]) {
+    pub(crate) fn line(&mut self, class: &str, points: &[[f64; 2]]) {
         let places: Vec<_> = thin(points).map(|[x, y]| self.place(*x, *y)).collect();
         let _ = write!(self.body, r#"<path class="{class}" d="{}"/>"#, path_data(places));
     }
 
     /// Points; those beyond the chart lie on its upper edge.
-    pub(super) fn dots(&mut self, class: &str, points: &[[f64; 2]]) {
+    pub(crate) fn dots(&mut self, class: &str, points: &[[f64; 2]]) {
         let mut data = String::new();
         for [x, y] in points {
             let (x, y) = self.place(*x, *y);
@@ -53,7 +80,7 @@ impl Chart {
     }
 
     /// A horizontal line with words at its right end.
-    pub(super) fn rule(&mut self, class: &str, y: f64, words: &str) {
+    pub(crate) fn rule(&mut self, class: &str, y: f64, words: &str) {
         let ((x0, y), (x1, _)) = (self.place(self.x[0], y), self.place(self.x[1], y));
         let _ = write!(
             self.body,
@@ -64,7 +91,7 @@ impl Chart {
     }
 
     /// The chart; `legend` is a line of HTML-free words for readers without the picture.
-    pub(super) fn svg(&self, words: &str) -> String {
+    pub(crate) fn svg(&self, words: &str) -> String {
         let mut svg = format!(
             r#"<svg class="chart" viewBox="0 0 {WIDTH} {}" role="img" aria-label="{words}">"#,
             self.height
@@ -84,10 +111,10 @@ impl Chart {
         let times = ticks(self.x, 12);
         for value in &times {
             let (x, _) = self.place(*value, self.y[0]);
-            let unit = if times.last() == Some(value) { " s" } else { "" };
+            let unit = if times.last() == Some(value) { self.x_unit } else { "" };
             let _ = write!(
                 svg,
-                r#"<path class="grid" d="M{x:.1} {TOP}V{bottom}"/><text class="tick" x="{x:.1}" y="{}" text-anchor="middle">{}{unit}</text>"#,
+                r#"<path class="grid" d="M{x:.1} {TOP}V{bottom}"/><text class="tick" x="{x:.1}" y="{}" text-anchor="middle">{} {unit}</text>"#,
                 bottom + 15.0,
                 number(*value)
             );

@@ -1,8 +1,11 @@
 //! The map from above: trajectory, landmarks and their 3σ ellipses over the laser (the paper's Figure 6).
 use super::{
-    Run,
     chart::thin,
     svg::{coordinate, number, path_data, round_step, ticks},
+};
+use crate::{
+    evaluation::Pair,
+    files::{MapPoint, Stamped},
 };
 use monorange_core::geometry::Pose;
 use nalgebra::{Matrix2, Vector2};
@@ -14,6 +17,21 @@ const MARGIN: f64 = 24.0;
 /// Laser echoes closer than this are drawn once, m.
 const LASER_CELL: f64 = 0.05;
 
+/// What is drawn; whatever is empty is left out.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct FromAbove<'a> {
+    /// Poses in order.
+    pub(crate) trajectory: &'a [Stamped],
+    /// True poses.
+    pub(crate) pairs: &'a [Pair],
+    /// Landmarks.
+    pub(crate) map: &'a [MapPoint],
+    /// True landmarks.
+    pub(crate) true_map: &'a [Vector2<f64>],
+    /// Laser echoes.
+    pub(crate) laser: &'a [Vector2<f64>],
+}
+
 /// The plane of the drawing.
 struct Plan {
     scale: f64,
@@ -24,7 +42,7 @@ struct Plan {
 }
 
 impl Plan {
-    fn around(run: &Run) -> Self {
+    fn around(run: &FromAbove<'_>) -> Self {
         let poses = run.trajectory.iter().map(|stamped| stamped.pose.position());
         let truth = run.pairs.iter().map(|pair| pair.truth.position());
         let landmarks = run.map.iter().map(|point| point.position);
@@ -71,7 +89,7 @@ impl Plan {
 }
 
 /// The drawing.
-pub(super) fn svg(run: &Run) -> String {
+pub(crate) fn svg(run: &FromAbove<'_>) -> String {
     let plan = Plan::around(run);
     let mut svg = format!(
         r#"<svg class="plan" viewBox="0 0 {WIDTH} {:.0}" role="img" aria-label="Map from above with the trajectory and {} landmarks">"#,
@@ -79,12 +97,12 @@ pub(super) fn svg(run: &Run) -> String {
         run.map.len()
     );
     svg += &grid(&plan);
-    svg += &laser(&plan, &run.laser);
+    svg += &laser(&plan, run.laser);
     for point in run.true_map.iter().filter(|point| plan.shows(point)) {
         let (x, y) = plan.place(*point);
         let _ = write!(svg, r#"<path class="true-landmark" d="M{x:.1} {y:.1}m-3.5 0h7m-3.5 -3.5v7"/>"#);
     }
-    for point in &run.map {
+    for point in run.map {
         let [x, y] = [point.position.x, point.position.y].map(number);
         let title = format!("landmark {}: x {x} m, y {y} m, seen {} times", point.id, point.seen);
         if let Some(covariance) = &point.covariance {

@@ -3,9 +3,9 @@
 //!
 //! The report holds its pictures and needs no network. Drawings are SVG whose colours are the page's own variables,
 //! so that they follow the reader's light or dark setting.
-mod chart;
+pub(crate) mod chart;
 mod corners;
-mod floor_plan;
+pub(crate) mod floor_plan;
 mod outputs;
 mod page;
 mod plots;
@@ -19,6 +19,10 @@ pub use page::page;
 pub use setup::{SettingLine, Setup};
 pub use shot::{SHOTS, Shot, shot};
 pub use subject::Subject;
+pub(crate) use svg::escape;
+
+/// The style of every page.
+pub(crate) const STYLE: &str = include_str!("report.css");
 
 use crate::{
     evaluation::{MapErrors, Pair, TrajectoryErrors},
@@ -144,6 +148,11 @@ pub struct Summary<'a> {
 }
 
 impl Run {
+    fn from_above(&self) -> floor_plan::FromAbove<'_> {
+        let Self { trajectory, pairs, map, true_map, laser, .. } = self;
+        floor_plan::FromAbove { trajectory, pairs, map, true_map, laser }
+    }
+
     /// Length of the estimated path, m.
     pub fn path(&self) -> f64 {
         let step = |pair: &[Stamped]| match pair {

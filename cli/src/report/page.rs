@@ -11,7 +11,7 @@ pub fn page(run: &Run) -> String {
         "<!DOCTYPE html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width\">\n\
          <title>{} – monorange</title>\n<style>{}</style>\n<main>",
         escape(&run.title),
-        include_str!("report.css")
+        super::STYLE
     );
     html += &header(run);
     html += &map_section(run);
@@ -163,7 +163,7 @@ fn map_section(run: &Run) -> String {
     }
     format!(
         "<section><h2>Map</h2><p class=\"hint\">{keys} Data: <code>trajectory.csv</code>, <code>map.csv</code>.</p><figure>{}</figure></section>",
-        floor_plan::svg(run)
+        floor_plan::svg(&run.from_above())
     )
 }
 

@@ -231,6 +231,25 @@ impl<S: Storage> Pipeline<S> {
         }
     }
 
+    /// Takes what another sensor measured at `time`: a laser's corners by range and bearing, a beacon's range.
+    /// `outcomes` receives one line for each.
+    ///
+    /// # Errors
+    /// [`Error::Size`](crate::Error::Size) when `outcomes` is shorter than `features`,
+    /// [`Error::TimeBackwards`](crate::Error::TimeBackwards).
+    pub fn measure(
+        &mut self,
+        time: f64,
+        features: &[Feature<f32>],
+        outcomes: &mut [Outcome<f32>],
+    ) -> Result<MapReport> {
+        self.stand_until(time)?;
+        let looks_alike = |index: usize, landmark: &Landmark<f32>| {
+            features.get(index).is_some_and(|one| alike(one, landmark))
+        };
+        self.map.observe(features, looks_alike, outcomes)
+    }
+
     /// A corner as the filter takes it, or `None` where it has no range worth the name.
     fn sight(&self, finder: &RangeFinder<f32>, corner: &Corner) -> Option<(CornerReport, Feature<f32>)> {
         let (pixel, floor) = (corner.pixel, self.config.corner_std_floor_px);
@@ -269,7 +288,15 @@ struct Sightings {
 impl Sightings {
     /// Whether a feature may be of a landmark by its looks.
     fn looks_alike(&self, index: usize, landmark: &Landmark<f32>) -> bool {
-        self.features.get(index).is_some_and(|feature| landmark.descriptor == feature.descriptor)
+        self.features.get(index).is_some_and(|feature| alike(feature, landmark))
+    }
+}
+
+/// Whether a measurement may be of a landmark by its looks; a laser's has none.
+fn alike(feature: &Feature<f32>, landmark: &Landmark<f32>) -> bool {
+    match (feature.descriptor, landmark.descriptor) {
+        (Some(seen), Some(known)) => seen == known,
+        _ => true,
     }
 }
 

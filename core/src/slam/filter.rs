@@ -10,7 +10,7 @@ use crate::association::Gate;
 use crate::geometry::{Mount, Pose, RangeFinder, wrap_angle};
 use crate::{Error, Real, Result};
 use core::marker::PhantomData;
-use nalgebra::{Matrix2, Matrix3, Vector2, Vector4};
+use nalgebra::{Matrix2, Matrix3, Matrix4, Vector2, Vector4};
 
 /// Which extended Kalman filter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -295,11 +295,15 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         self.config.mount_std.map(|_| Vector4::from_fn(|row, _| self.x(ROBOT + row)))
     }
 
+    /// Covariance of [`mount_error`](Self::mount_error).
+    pub fn mount_error_covariance(&self) -> Option<Matrix4<T>> {
+        let entry = |row, column| self.covariance_at(ROBOT + row, ROBOT + column);
+        self.config.mount_std.map(|_| Matrix4::from_fn(entry))
+    }
+
     /// Standard deviations of [`mount_error`](Self::mount_error).
     pub fn mount_error_std(&self) -> Option<Vector4<T>> {
-        self.config
-            .mount_std
-            .map(|_| Vector4::from_fn(|row, _| self.covariance_at(ROBOT + row, ROBOT + row).sqrt()))
+        self.mount_error_covariance().map(|covariance| covariance.diagonal().map(|variance| variance.sqrt()))
     }
 
     /// The range finder with the mount as estimated.

@@ -1,0 +1,306 @@
+//! The mount from points, from a drive, or from vertical edges, with its figures for a person and for a program.
+use crate::{
+    Error, Result,
+    commands::sequence::Sequence,
+    extraction::extractor,
+    files::{MOUNT_KEYS, Rig, read_text, with_mount},
+    pictures::{self, Picture},
+};
+use monorange_core::{
+    geometry::{
+        Mount, RangeFinder,
+        mount_fit::{
+            Fitted, KnownPoint, MountFit, PointNoise, fit_points, fit_points_robustly, fit_verticals,
+            point_residual,
+        },
+    },
+    pipeline::{Config, Memory, MountError, Odometry, OnHeap, Pipeline},
+};
+use nalgebra::Vector2;
+use serde::Serialize;
+use std::{fmt, path::Path};
+
+/// What the mount was fitted to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Evidence {
+    /// Floor points of known place.
+    Points,
+    /// A drive with odometry.
+    Drive,
+    /// Edges that are vertical in the world.
+    Verticals,
+}
+
+/// A mount that was fitted, and how well.
+#[derive(Clone, Debug, Serialize)]
+pub struct Calibration {
+    /// What it was fitted to.
+    pub evidence: Evidence,
+    /// How many points, edges or frames.
+    pub count: usize,
+    /// Height (m), tilt, roll, yaw (degrees): by hand, fitted, standard deviation.
+    pub parameters: Vec<ParameterFit>,
+    /// Of points: their residuals.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub residuals: Vec<Residual>,
+    /// Largest and mean |range residual| of the points used, % of the range; rms of their bearing residuals, rad.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub summary: Option<Summary>,
+    /// What to be careful about.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
+    /// The mount.
+    #[serde(skip)]
+    pub fit: MountFit,
+}
+
+/// One parameter of the mount.
+#[derive(Clone, Debug, Serialize)]
+pub struct ParameterFit {
+    /// Its key in a rig file.
+    pub name: &'static str,
+    /// As the rig file had it.
+    pub by_hand: f64,
+    /// As fitted.
+    pub fitted: f64,
+    /// Standard deviation; 0 where it was not fitted.
+    pub std: f64,
+}
+
+/// A point as measured less as seen.
+#[derive(Clone, Debug, Serialize)]
+pub struct Residual {
+    /// Range, m.
+    pub range: f64,
+    /// Range, % of the measured one.
+    pub range_percent: f64,
+    /// Bearing, rad.
+    pub bearing: f64,
+    /// The same from the fit to all other points, where that is determined: %, rad.
+    pub left_out: Option<[f64; 2]>,
+    /// Whether the fit used it.
+    pub used: bool,
+}
+
+/// Figures over the points that were used.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Summary {
+    /// Largest |range residual|, %.
+    pub range_max_percent: f64,
+    /// Mean |range residual|, %.
+    pub range_mean_percent: f64,
+    /// Root mean square bearing residual, rad.
+    pub bearing_rms: f64,
+}
+
+impl Summary {
+    /// The figures of residuals (% of range, rad).
+    pub fn of(residuals: impl Iterator<Item = [f64; 2]> + Clone) -> Self {
+        let count = residuals.clone().count().max(1) as f64;
+        Self {
+            range_max_percent: residuals.clone().map(|[range, _]| range.abs()).fold(0.0, f64::max),
+            range_mean_percent: residuals.clone().map(|[range, _]| range.abs()).sum::<f64>() / count,
+            bearing_rms: (residuals.map(|[_, bearing]| bearing * bearing).sum::<f64>() / count).sqrt(),
+        }
+    }
+}
+
+/// The mount that sees the points where they were measured; the one that all others contradict is left out.
+///
+/// # Errors
+/// When the points do not determine what is to be fitted, or one of them is not on the floor at all.
+pub fn from_points(
+    rig: &Rig,
+    points: &[KnownPoint],
+    noise: &PointNoise,
+    fitted: Fitted,
+) -> Result<Calibration> {
+    let (camera, by_hand) = (rig.finder.camera(), rig.finder.mount());
+    if let Some(index) = points.iter().position(|point| rig.finder.sight(point.pixel).is_err()) {
+        let pixel = points.get(index).map_or(Vector2::zeros(), |point| point.pixel);
+        let cause = format!("point {} at pixel ({}, {}) does not see the floor", index + 1, pixel.x, pixel.y);
+        return Err(Error::new(cause).help("correct the pixel, or the mount in the rig file"));
+    }
+    let (fit, bad) = fit_points_robustly(camera, by_hand, points, noise, fitted).map_err(Error::new)?;
+    let percent = |finder: &RangeFinder<f64>, point: &KnownPoint| {
+        let residual = point_residual(finder, point)?;
+        Some([100.0 * residual.x / point.range_bearing.x, residual.y])
+    };
+    let finder = RangeFinder::new(*camera, fit.mount);
+    let residuals: Vec<_> = (0..)
+        .zip(points)
+        .map(|(index, point)| {
+            let others = (0..).zip(points).filter(|(other, _)| *other != index && Some(*other) != bad);
+            let without = fit_points(camera, by_hand, others.map(|(_, point)| point), noise, fitted).ok();
+            let [range_percent, bearing] = percent(&finder, point).unwrap_or([f64::NAN; 2]);
+            Residual {
+                range: range_percent / 100.0 * point.range_bearing.x,
+                range_percent,
+                bearing,
+                left_out: without.and_then(|fit| percent(&RangeFinder::new(*camera, fit.mount), point)),
+                used: Some(index) != bad,
+            }
+        })
+        .collect();
+    let used = residuals.iter().filter(|residual| residual.used);
+    let summary = Summary::of(used.map(|residual| [residual.range_percent, residual.bearing]));
+    let mut calibration = Calibration::new(Evidence::Points, points.len(), rig, fit);
+    calibration.warnings.extend(bad.map(|index: usize| {
+        format!("point {} contradicts all others and was left out: measure it again", index + 1)
+    }));
+    Ok(Calibration { residuals, summary: Some(summary), ..calibration })
+}
+
+/// Tilt and roll with which the pictures' vertical edges are vertical in the world.
+///
+/// # Errors
+/// When no picture could be read or there are too few edges.
+pub fn from_verticals(rig: &Rig, frames: &Path, fitted: Fitted) -> Result<Calibration> {
+    let camera = rig.finder.camera();
+    let mut extractor = extractor(rig)?;
+    let mut edges = Vec::new();
+    for image in pictures::in_folder(frames)? {
+        pictures::check_size(&image, camera.width(), camera.height())?;
+        let Ok(picture) = Picture::read(&image) else { continue };
+        let extraction = extractor.extract(picture.grey()?).map_err(|error| Error::new(error).at(&image))?;
+        edges.extend(extraction.vertical_lines.iter().map(|line| line.vertical_edge(camera)));
+    }
+    let (fit, used) = fit_verticals(rig.finder.mount(), &edges, fitted).map_err(|error| {
+        Error::new(error).at(frames).help("give pictures with door posts or corners of walls")
+    })?;
+    let mut calibration = Calibration::new(Evidence::Verticals, used, rig, fit);
+    if used * 2 < edges.len() {
+        let left_out = edges.len() - used;
+        calibration.warnings.push(format!("{left_out} of {} edges lean and were left out", edges.len()));
+    }
+    Ok(calibration)
+}
+
+/// Before a drive, the mount is taken to be this well known where it is fitted: 5 % of height, 3°, 3°, 3°.
+const DRIVE_PRIOR: [f32; 4] = [0.05, 0.0524, 0.0524, 0.0524];
+
+/// The settings with which a drive tells the mount: it is a state of the filter, with a wide prior.
+pub fn drive_config(settings: Config, fitted: Fitted) -> Config {
+    let height = settings.finder.mount().height();
+    let scale = [height, 1.0, 1.0, 1.0];
+    let mut mount_std = [0.0; 4];
+    for (((std, prior), scale), fitted) in mount_std.iter_mut().zip(DRIVE_PRIOR).zip(scale).zip(fitted.0) {
+        *std = if fitted { prior * scale } else { 0.0 };
+    }
+    Config { mount_std, mount_error: MountError::Estimated, ..settings }
+}
+
+/// The mount with which the floor's corners move as the wheels say.
+///
+/// # Errors
+/// When no picture could be read, or the drive does not tell the mount.
+pub fn from_drive(rig: &Rig, sequence: &Sequence, fitted: Fitted) -> Result<Calibration> {
+    let camera = rig.finder.camera();
+    let memory = Memory::on_heap(camera.width(), camera.height(), 512);
+    let config = drive_config(rig.settings, fitted);
+    let mut pipeline = Pipeline::<OnHeap>::new(config, memory).map_err(Error::new)?;
+    let start = sequence.times.first().copied().unwrap_or_default();
+    let mut reached = start;
+    let mut read = 0;
+    for (image, time) in sequence.images.iter().zip(&sequence.times) {
+        let Ok(picture) = Picture::read(image) else { continue };
+        read += 1;
+        let controls = sequence.odometry.as_ref().map(|odometry| odometry.between(reached, *time));
+        for control in controls.unwrap_or_default() {
+            reached += control.duration;
+            pipeline.odometry(reached - start, &Odometry::from(&control)).map_err(Error::new)?;
+        }
+        reached = *time;
+        pipeline.step(time - start, picture.grey()?).map_err(|error| Error::new(error).at(image))?;
+    }
+    let fit = drive_fit(&pipeline).ok_or_else(|| {
+        Error::new("the drive does not tell the mount")
+            .help("give pictures of a drive with floor corners in them")
+    })?;
+    let mut calibration = Calibration::new(Evidence::Drive, read, rig, fit);
+    if pipeline.health().measurements < 100 {
+        let few = pipeline.health().measurements;
+        calibration
+            .warnings
+            .push(format!("only {few} corners were seen twice: drive longer, past more corners"));
+    }
+    Ok(calibration)
+}
+
+/// The mount as a pipeline estimates it.
+pub fn drive_fit(pipeline: &Pipeline<OnHeap>) -> Option<MountFit> {
+    let filter = pipeline.filter();
+    let mount = Mount::new(filter.finder()?.mount().parameters().map(f64::from)).ok()?;
+    let freedom = pipeline.health().measurements as usize;
+    let covariance = filter.mount_error_covariance()?.cast();
+    Some(MountFit { mount, covariance, cost: 0.0, freedom })
+}
+
+impl Calibration {
+    fn new(evidence: Evidence, count: usize, rig: &Rig, fit: MountFit) -> Self {
+        let values = rig.finder.mount().parameters().into_iter().zip(fit.mount.parameters()).zip(fit.std());
+        let parameters = MOUNT_KEYS.iter().zip(values).map(|((name, _, unit), ((by_hand, fitted), std))| {
+            ParameterFit { name, by_hand: by_hand / unit, fitted: fitted / unit, std: std / unit }
+        });
+        let warnings = fit.indistinct().map(|([one, other], correlation)| {
+            format!(
+                "{one} and {other} cannot be told apart here (correlation {correlation:.3}): \
+                 add points at other distances, or fit only one of them"
+            )
+        });
+        Self {
+            evidence,
+            count,
+            parameters: parameters.collect(),
+            residuals: Vec::new(),
+            summary: None,
+            warnings: warnings.into_iter().collect(),
+            fit,
+        }
+    }
+
+    /// The rig file's text with the fitted mount and its standard deviations; all else stays as it is.
+    ///
+    /// # Errors
+    /// When the rig file cannot be read again.
+    pub fn rig_text(&self, rig: &Path, out: &Path) -> Result<String> {
+        with_mount(rig, &read_text(rig)?, out, &self.fit.mount, self.fit.std())
+    }
+}
+
+impl fmt::Display for Calibration {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let what = match self.evidence {
+            Evidence::Points => "floor points",
+            Evidence::Drive => "frames of a drive",
+            Evidence::Verticals => "vertical edges",
+        };
+        writeln!(out, "mount from {} {what}", self.count)?;
+        for ParameterFit { name, by_hand, fitted, std } in &self.parameters {
+            match *std {
+                0.0 => writeln!(out, "  {name:<9} {by_hand:>9.4}  as it was")?,
+                std => writeln!(out, "  {name:<9} {fitted:>9.4} ± {std:.4}  (by hand {by_hand:.4})")?,
+            }
+        }
+        if let Some(Summary { range_max_percent, range_mean_percent, bearing_rms }) = self.summary {
+            writeln!(
+                out,
+                "  residuals  range {range_max_percent:.2} % at most, {range_mean_percent:.2} % in the mean; bearing {bearing_rms:.4} rad rms"
+            )?;
+            writeln!(out, "  point      range %   bearing rad    from the fit to the others")?;
+        }
+        for (index, residual) in self.residuals.iter().enumerate() {
+            let Residual { range_percent, bearing, left_out, used, .. } = residual;
+            let others = left_out.map_or("not determined".to_owned(), |[range, bearing]| {
+                format!("{range:+8.2}   {bearing:+.4}")
+            });
+            let mark = if *used { "" } else { "   left out" };
+            writeln!(out, "  {:<9} {range_percent:+8.2}   {bearing:+.4}       {others}{mark}", index + 1)?;
+        }
+        for warning in &self.warnings {
+            writeln!(out, "  warning: {warning}")?;
+        }
+        Ok(())
+    }
+}
