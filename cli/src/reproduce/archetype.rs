@@ -196,7 +196,7 @@ mod tests {
                 assert!((share - right).abs() < 0.01, "{shares:?}");
             }
         }
-        let [first, .., inverse, pixel] = coverage(30.0).unwrap();
+        let [first, .., inverse, pixel] = coverage(60.0).unwrap();
         assert!(first[2] < 0.99 && (inverse[2] - right[2]).abs() < 0.005, "{first:?} {inverse:?}");
         assert!(pixel.into_iter().zip(right).all(|(share, right)| (share - right).abs() < 1e-3), "{pixel:?}");
     }

@@ -136,7 +136,7 @@ fn solve(first: &Mount<f64>, fitted: Fitted, at: impl Fn(&Mount<f64>) -> Option<
     let scale = information.diagonal().map(|entry| 1.0 / libm::sqrt(entry));
     let scaled = Matrix4::from_diagonal(&scale) * information * Matrix4::from_diagonal(&scale);
     let least = scaled.symmetric_eigenvalues().min();
-    if !(least > 1e-12) {
+    if least.is_nan() || least <= 1e-12 {
         return Err(undetermined(normal.count));
     }
     let inverse = scaled.cholesky().ok_or(undetermined(normal.count))?.inverse();
