@@ -14,6 +14,7 @@ use monorange_core::{
             point_residual,
         },
     },
+    lines::Corner,
     pipeline::{Config, Memory, MountError, Odometry, OnHeap, Pipeline},
 };
 use nalgebra::Vector2;
@@ -191,50 +192,87 @@ pub fn drive_config(settings: Config, fitted: Fitted) -> Config {
     Config { mount_std, mount_error: MountError::Estimated, ..settings }
 }
 
+/// What a picture of a drive shows, and the motion since the one before.
+#[derive(Clone, Debug, Default)]
+pub struct Seen {
+    /// Seconds.
+    pub time: f64,
+    /// The wheels since the picture before, each with the time at its end.
+    pub motions: Vec<(f64, Odometry)>,
+    /// Floor corners.
+    pub corners: Vec<Corner>,
+}
+
+/// A drive is gone through at most so often, each time from the mount that the time before gave.
+const PASSES: usize = 4;
+
 /// The mount with which the floor's corners move as the wheels say.
 ///
 /// # Errors
 /// When no picture could be read, or the drive does not tell the mount.
 pub fn from_drive(rig: &Rig, sequence: &Sequence, fitted: Fitted) -> Result<Calibration> {
-    let camera = rig.finder.camera();
-    let memory = Memory::on_heap(camera.width(), camera.height(), 512);
-    let config = drive_config(rig.settings, fitted);
-    let mut pipeline = Pipeline::<OnHeap>::new(config, memory).map_err(Error::new)?;
     let start = sequence.times.first().copied().unwrap_or_default();
+    let mut extractor = extractor(rig)?;
     let mut reached = start;
-    let mut read = 0;
+    let mut drive = Vec::new();
     for (image, time) in sequence.images.iter().zip(&sequence.times) {
         let Ok(picture) = Picture::read(image) else { continue };
-        read += 1;
+        let extraction = extractor.extract(picture.grey()?).map_err(|error| Error::new(error).at(image))?;
+        let mut motions = Vec::new();
         let controls = sequence.odometry.as_ref().map(|odometry| odometry.between(reached, *time));
         for control in controls.unwrap_or_default() {
             reached += control.duration;
-            pipeline.odometry(reached - start, &Odometry::from(&control)).map_err(Error::new)?;
+            motions.push((reached - start, Odometry::from(&control)));
         }
         reached = *time;
-        pipeline.step(time - start, picture.grey()?).map_err(|error| Error::new(error).at(image))?;
+        drive.push(Seen { time: time - start, motions, corners: extraction.corners.to_vec() });
     }
-    let fit = drive_fit(&pipeline).ok_or_else(|| {
+    let (fit, measurements) = fit_drive(rig.settings, &drive, fitted)?.ok_or_else(|| {
         Error::new("the drive does not tell the mount")
             .help("give pictures of a drive with floor corners in them")
     })?;
-    let mut calibration = Calibration::new(Evidence::Drive, read, rig, fit);
-    if pipeline.health().measurements < 100 {
-        let few = pipeline.health().measurements;
+    let mut calibration = Calibration::new(Evidence::Drive, drive.len(), rig, fit);
+    if measurements < 100 {
         calibration
             .warnings
-            .push(format!("only {few} corners were seen twice: drive longer, past more corners"));
+            .push(format!("only {measurements} corners were seen twice: drive longer, past more corners"));
     }
     Ok(calibration)
 }
 
-/// The mount as a pipeline estimates it.
-pub fn drive_fit(pipeline: &Pipeline<OnHeap>) -> Option<MountFit> {
-    let filter = pipeline.filter();
-    let mount = Mount::new(filter.finder()?.mount().parameters().map(f64::from)).ok()?;
-    let freedom = pipeline.health().measurements as usize;
-    let covariance = filter.mount_error_covariance()?.cast();
-    Some(MountFit { mount, covariance, cost: 0.0, freedom })
+/// The mount as the filter's own state at the end of a drive, and how many corners were measured. The drive is gone
+/// through again from the mount found, so that it is linearised where it is.
+///
+/// # Errors
+/// When the pipeline refuses its settings.
+pub fn fit_drive(settings: Config, drive: &[Seen], fitted: Fitted) -> Result<Option<(MountFit, u32)>> {
+    let camera = *settings.finder.camera();
+    let mut config = drive_config(settings, fitted);
+    let mut last = None;
+    for _ in 0..PASSES {
+        let memory = Memory::on_heap(camera.width(), camera.height(), 512);
+        let mut pipeline = Pipeline::<OnHeap>::new(config, memory).map_err(Error::new)?;
+        for seen in drive {
+            for (time, motion) in &seen.motions {
+                pipeline.odometry(*time, motion).map_err(Error::new)?;
+            }
+            pipeline.observe(seen.time, &seen.corners).map_err(Error::new)?;
+        }
+        let filter = pipeline.filter();
+        let (Some(finder), Some(error)) = (filter.finder(), filter.mount_error()) else { return Ok(None) };
+        let covariance = filter.mount_error_covariance().unwrap_or_default().cast::<f64>();
+        let mount = Mount::new(finder.mount().parameters().map(f64::from)).map_err(Error::new)?;
+        let measurements = pipeline.health().measurements;
+        last =
+            Some((MountFit { mount, covariance, cost: 0.0, freedom: measurements as usize }, measurements));
+        let settled =
+            (0..4).all(|index| f64::from(error[index]).abs() <= 0.1 * covariance[(index, index)].sqrt());
+        if settled {
+            break;
+        }
+        config.finder = finder;
+    }
+    Ok(last)
 }
 
 impl Calibration {

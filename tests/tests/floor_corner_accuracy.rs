@@ -127,7 +127,7 @@ fn corners(finder: RangeFinder<f64>, seed: u64, number: u32) -> Tally {
 }
 
 fn number() -> u32 {
-    std::env::var("MONORANGE_CORNERS").ok().and_then(|n| n.parse().ok()).unwrap_or(800)
+    std::env::var("MONORANGE_CORNERS").ok().and_then(|n| n.parse().ok()).unwrap_or(1100)
 }
 
 fn check(tally: &Tally) {

@@ -1,21 +1,8 @@
-//! The mount from floor points of known position: weighted least squares on range and bearing.
-//!
-//! ```text
-//! minimise over m = (height, tilt, roll, yaw)   Σᵢ rᵢᵀ Wᵢ rᵢ,   rᵢ = (range, bearing)ᵢ − f(pixelᵢ, m)
-//! Wᵢ = (J_pixel σ² J_pixelᵀ)⁻¹,     (Σ J_mᵀ W J_m + λ diag) δ = Σ J_mᵀ W r
-//! ```
-//!
-//! by Levenberg and Marquardt with the range finder's own Jacobians, in f64. A click is taken to be good to one
-//! pixel; the covariance (Σ J_mᵀ W J_m)⁻¹ grows with the residuals where they say that it was not. Two points
-//! give four equations for four unknowns; points at one distance cannot tell height from tilt, which the
-//! correlation of the two says.
-use monorange_core::geometry::{Camera, Mount, RangeFinder, wrap_angle};
+//! The mount from points that someone clicked and measured.
+use monorange_core::geometry::mount_fit::{Fitted, KnownPoint as Measured, PointNoise, fit_points};
+use monorange_core::geometry::{Camera, Mount, RangeFinder};
 use monorange_core::{Error, Result};
-use nalgebra::{Matrix4, SMatrix, Vector2, Vector4};
-
-/// Standard deviation of a click, px.
-const CLICK_STD: f64 = 1.0;
-const MAX_ITERATIONS: usize = 100;
+use nalgebra::Vector2;
 
 /// A pixel and the floor point (X, Y) of the robot's frame that it sees.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,13 +26,6 @@ pub struct MountFit {
     pub correlation: f64,
 }
 
-struct Normal {
-    matrix: Matrix4<f64>,
-    gradient: Vector4<f64>,
-    cost: f64,
-    squared_distance: f64,
-}
-
 /// The mount that sees the points where they are, from a first guess; the lever arm stays as it is.
 ///
 /// # Errors
@@ -54,68 +34,22 @@ pub fn fit_mount(camera: &Camera<f64>, first: &Mount<f64>, points: &[KnownPoint]
     if points.len() < 2 {
         return Err(Error::Size { name: "points", got: points.len(), expected: 2 });
     }
-    let undetermined = Error::OutOfRange {
-        name: "points",
-        value: points.len() as f64,
-        expected: "floor points below the horizon, near and far, left and right",
+    let measured: Vec<_> =
+        points.iter().map(|point| Measured::from_place(point.pixel, point.point_in_robot)).collect();
+    let fit = fit_points(camera, first, measured.iter(), &PointNoise::default(), Fitted::ALL)?;
+    let finder = RangeFinder::new(*camera, fit.mount);
+    let off = |point: &KnownPoint| {
+        finder
+            .floor_from_pixel(point.pixel)
+            .map_or(f64::NAN, |seen| (seen - point.point_in_robot).norm_squared())
     };
-    let mut parameters = first.parameters();
-    let mut normal = normal_equations(camera, &parameters, points).ok_or(undetermined)?;
-    let mut damping = 1e-3;
-    for _ in 0..MAX_ITERATIONS {
-        let damped = normal.matrix + Matrix4::from_diagonal(&(normal.matrix.diagonal() * damping));
-        let step = damped.cholesky().ok_or(undetermined)?.solve(&normal.gradient);
-        let mut moved = parameters;
-        for (parameter, change) in moved.iter_mut().zip(step.iter()) {
-            *parameter += *change;
-        }
-        match normal_equations(camera, &moved, points).filter(|next| next.cost <= normal.cost) {
-            Some(next) => {
-                let settled = normal.cost - next.cost <= 1e-12 * (1.0 + normal.cost);
-                (parameters, normal) = (moved, next);
-                damping = (damping * 0.2).max(1e-12);
-                if settled {
-                    break;
-                }
-            }
-            None if damping > 1e8 => break,
-            None => damping *= 5.0,
-        }
-    }
-    let covariance = normal.matrix.try_inverse().ok_or(undetermined)?;
-    let freedom = 2 * points.len() - 4;
-    let scale = if freedom > 0 { (normal.cost / freedom as f64).max(1.0) } else { 1.0 };
-    let std = covariance.diagonal().map(|variance| libm::sqrt(variance * scale));
-    if !std.iter().all(|std| std.is_finite()) {
-        return Err(undetermined);
-    }
+    let std = fit.std();
     Ok(MountFit {
-        parameters,
-        std: std.into(),
-        rms: libm::sqrt(normal.squared_distance / points.len() as f64),
-        correlation: covariance.m12 / libm::sqrt(covariance.m11 * covariance.m22),
+        parameters: fit.mount.parameters(),
+        std,
+        rms: libm::sqrt(points.iter().map(off).sum::<f64>() / points.len() as f64),
+        correlation: fit.covariance.m12 / (std[0] * std[1]),
     })
-}
-
-/// `None` where the mount is impossible or a pixel does not see the floor with it.
-fn normal_equations(camera: &Camera<f64>, parameters: &[f64; 6], points: &[KnownPoint]) -> Option<Normal> {
-    let finder = RangeFinder::new(*camera, Mount::new(*parameters).ok()?);
-    let mut normal =
-        Normal { matrix: Matrix4::zeros(), gradient: Vector4::zeros(), cost: 0.0, squared_distance: 0.0 };
-    for known in points {
-        let seen = finder.sight(known.pixel).ok()?;
-        let at = known.point_in_robot;
-        let residual =
-            Vector2::new(at.norm() - seen.range, wrap_angle(libm::atan2(at.y, at.x) - seen.bearing));
-        let covariance = seen.by_pixel * seen.by_pixel.transpose() * (CLICK_STD * CLICK_STD);
-        let weight = covariance.try_inverse()?;
-        let by_mount: SMatrix<f64, 2, 4> = seen.by_mount.fixed_columns::<4>(0).into();
-        normal.matrix += by_mount.transpose() * weight * by_mount;
-        normal.gradient += by_mount.transpose() * weight * residual;
-        normal.cost += residual.dot(&(weight * residual));
-        normal.squared_distance += (seen.point_in_robot - at).norm_squared();
-    }
-    normal.cost.is_finite().then_some(normal)
 }
 
 #[cfg(test)]

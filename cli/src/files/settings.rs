@@ -71,9 +71,13 @@ pub const SETTINGS: &[Setting] = &[
     setting!(extract.direction_tolerance = extract.direction_tolerance: Number, "rad", "Largest angle between an edge point's gradient and its line's normal."),
     setting!(extract.min_vertical_length = extract.min_vertical_length: Number, "of height", "Shortest vertical line."),
     setting!(extract.min_floor_length = extract.min_floor_length: Number, "of height", "Shortest floor line."),
+    setting!(extract.max_width_px = extract.max_width_px: Number, "px", "Widest profile of a floor edge, as a Gaussian's deviation; 1.3 px of it the smoothing makes."),
     setting!(extract.max_gap_px = extract.max_gap_px: Number, "px", "Longest gap within a line."),
     setting!(extract.reach_px = extract.reach_px: Number, "px", "Farthest that the end of either line may lie from their corner."),
+    setting!(extract.floor_reach_px = extract.floor_reach_px: Number, "px", "Farthest that the end of a floor line may lie from its corner."),
     setting!(extract.overshoot_px = extract.overshoot_px: Number, "px", "Farthest that the vertical line may run on below the floor line."),
+    setting!(extract.skirting_height = extract.skirting_height: Number, "m", "Highest skirting board."),
+    setting!(extract.min_bound_length = extract.min_bound_length: Number, "of height", "Shortest floor line that bounds the floor: below it nothing stands."),
     setting!(extract.min_crossing = extract.min_crossing: Number, "rad", "Least angle between the two lines of a corner."),
 
     setting!(filter.variant = filter.variant: "invariant" => Variant::Invariant | "textbook" => Variant::Textbook | "fej" => Variant::FirstEstimates, "Which filter: invariant is consistent on long loops, textbook is the paper's, fej takes Jacobians at first estimates."),

@@ -115,10 +115,10 @@ pub(crate) fn svg(run: &FromAbove<'_>) -> String {
         );
     }
     if !run.pairs.is_empty() {
-        let truth = thin(&run.pairs).map(|pair| pair.truth.position());
+        let truth = thin(run.pairs).map(|pair| pair.truth.position());
         let _ = write!(svg, r#"<path class="truth" d="{}"/>"#, plan.line(truth));
     }
-    let path = thin(&run.trajectory).map(|stamped| stamped.pose.position());
+    let path = thin(run.trajectory).map(|stamped| stamped.pose.position());
     let _ = write!(svg, r#"<path class="trajectory" d="{}"/>"#, plan.line(path));
     if let (Some(first), Some(last)) = (run.trajectory.first(), run.trajectory.last()) {
         let (x, y) = plan.place(first.pose.position());

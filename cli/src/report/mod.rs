@@ -148,7 +148,7 @@ pub struct Summary<'a> {
 }
 
 impl Run {
-    fn from_above(&self) -> floor_plan::FromAbove<'_> {
+    fn seen_from_above(&self) -> floor_plan::FromAbove<'_> {
         let Self { trajectory, pairs, map, true_map, laser, .. } = self;
         floor_plan::FromAbove { trajectory, pairs, map, true_map, laser }
     }

@@ -163,7 +163,7 @@ fn map_section(run: &Run) -> String {
     }
     format!(
         "<section><h2>Map</h2><p class=\"hint\">{keys} Data: <code>trajectory.csv</code>, <code>map.csv</code>.</p><figure>{}</figure></section>",
-        floor_plan::svg(&run.from_above())
+        floor_plan::svg(&run.seen_from_above())
     )
 }
 

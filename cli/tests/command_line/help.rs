@@ -25,7 +25,18 @@ fn run_example(command: &str) {
 #[test]
 #[cfg(unix)]
 fn the_examples_of_the_quick_commands_run() {
-    for command in ["range", "landmarks", "keypoints", "match", "simulate", "slam", "slam-log", "evaluate"] {
+    for command in [
+        "range",
+        "landmarks",
+        "keypoints",
+        "match",
+        "simulate",
+        "slam",
+        "slam-log",
+        "evaluate",
+        "calibrate-mount",
+        "reproduce",
+    ] {
         run_example(command);
     }
 }

@@ -9,8 +9,10 @@
 //! e = R_xᵀ(roll) R_yᵀ(tilt) (0, 0, 1), axes turned:       two parameters; yaw and height do not matter
 //! ```
 //!
-//! An edge of a chair's leg may lean. Two rounds weigh the edges by Cauchy's function, then what is beyond 3σ of
-//! them is left out and the rest fitted by plain least squares, so that the covariance means what it says.
+//! A chair's leg may lean: some rounds weigh the edges by Cauchy's function, then what is beyond 3σ is left out. An edge
+//! in a picture is also off by what no noise explains (a shade beside it, the lens's calibration), the same in every
+//! row. So every edge gets the same variance τ² beyond its own, as large as the residuals ask for
+//! (Σ r²/(σ² + τ²) = dof, as Paule and Mandel weigh laboratories), and the covariance means what it says.
 use super::{Fitted, MountFit, Normal, solve};
 use crate::geometry::{Camera, Mount};
 use crate::{Error, Result};
@@ -56,6 +58,8 @@ impl VerticalEdge {
 /// Cauchy's constant for 95 % efficiency.
 const CAUCHY: f64 = 2.385;
 const GATE: f64 = 9.0;
+/// Of the excess variance and what lies within its gate.
+const ROUNDS: usize = 5;
 
 /// Tilt and roll with which the edges are vertical, and how many were used; of `fitted`, no more than
 /// [`Fitted::TILT_AND_ROLL`].
@@ -72,35 +76,58 @@ pub fn fit_verticals(
         return Err(Error::Size { name: "vertical edges", got: edges.len(), expected: 2 });
     }
     let cauchy = |distance: f64| 1.0 / (1.0 + distance / (CAUCHY * CAUCHY));
-    let mut guess = fit(first, fitted, edges, |edge| cauchy(squared(first, edge)))?.mount;
+    let mut guess = fit(first, fitted, edges, 0.0, |edge| cauchy(squared(first, edge, 0.0)))?.mount;
     for _ in 0..10 {
-        guess = fit(&guess, fitted, edges, |edge| cauchy(squared(&guess, edge)))?.mount;
+        guess = fit(&guess, fitted, edges, 0.0, |edge| cauchy(squared(&guess, edge, 0.0)))?.mount;
     }
-    let inside = |edge: &VerticalEdge| squared(&guess, edge) <= GATE;
-    let used = edges.iter().filter(|edge| inside(edge)).count();
-    let last = fit(&guess, fitted, edges, |edge| if inside(edge) { 1.0 } else { 0.0 })?;
-    Ok((last, used))
+    let mut excess = 0.0;
+    for _ in 0..ROUNDS {
+        let inside = |edge: &VerticalEdge| f64::from(u8::from(squared(&guess, edge, excess) <= GATE));
+        let used = || edges.iter().filter(|edge| inside(edge) > 0.0);
+        let freedom = used().count().saturating_sub(fitted.count()) as f64;
+        let cost = |excess: f64| used().map(|edge| squared(&guess, edge, excess)).sum::<f64>();
+        let found = excess_variance(freedom, cost);
+        guess = fit(&guess, fitted, edges, found, inside)?.mount;
+        excess = found;
+    }
+    let inside = |edge: &VerticalEdge| f64::from(u8::from(squared(&guess, edge, excess) <= GATE));
+    let used = edges.iter().filter(|edge| inside(edge) > 0.0).count();
+    Ok((fit(&guess, fitted, edges, excess, inside)?, used))
 }
 
-fn squared(mount: &Mount<f64>, edge: &VerticalEdge) -> f64 {
+/// The variance τ² that every edge has beyond its own, so that the residuals are as large as they should be.
+fn excess_variance(freedom: f64, cost: impl Fn(f64) -> f64) -> f64 {
+    if cost(0.0) <= freedom {
+        return 0.0;
+    }
+    let (mut low, mut high) = (0.0, 1e-2);
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        if cost(middle) > freedom { low = middle } else { high = middle }
+    }
+    high
+}
+
+fn squared(mount: &Mount<f64>, edge: &VerticalEdge, excess: f64) -> f64 {
     let (residual, variance, _) = residual(mount, edge);
-    residual * residual / variance
+    residual * residual / (variance + excess)
 }
 
 fn fit(
     first: &Mount<f64>,
     fitted: Fitted,
     edges: &[VerticalEdge],
+    excess: f64,
     weight: impl Fn(&VerticalEdge) -> f64,
 ) -> Result<MountFit> {
     solve(first, fitted, |mount| {
         let mut normal = Normal::default();
         for edge in edges {
             let (residual, variance, by_mount) = residual(mount, edge);
-            let share = weight(edge);
-            normal.matrix += by_mount * by_mount.transpose() * (share / variance);
-            normal.gradient -= by_mount * (residual * share / variance);
-            normal.cost += residual * residual * share / variance;
+            let share = weight(edge) / (variance + excess);
+            normal.matrix += by_mount * by_mount.transpose() * share;
+            normal.gradient -= by_mount * (residual * share);
+            normal.cost += residual * residual * share;
             normal.count += usize::from(share > 0.0);
         }
         normal.cost.is_finite().then_some(normal)
