@@ -222,7 +222,7 @@ pub fn from_drive(rig: &Rig, sequence: &Sequence, fitted: Fitted) -> Result<Cali
         let controls = sequence.odometry.as_ref().map(|odometry| odometry.between(reached, *time));
         for control in controls.unwrap_or_default() {
             reached += control.duration;
-            motions.push((reached - start, Odometry::from(&control)));
+            motions.push((reached - start, control.reading()));
         }
         reached = *time;
         drive.push(Seen { time: time - start, motions, corners: extraction.corners.to_vec() });

@@ -16,7 +16,10 @@ use monorange_core::{
     slam::{Increment, Status},
 };
 use nalgebra::Vector2;
-use std::{path::PathBuf, time::Instant};
+use std::{
+    path::{Path, PathBuf},
+    time::Instant,
+};
 
 /// Trajectory and map of a robot from its camera's pictures.
 ///

@@ -36,19 +36,6 @@ impl Control {
     }
 }
 
-/// The pipeline's reading of a constant motion.
-impl From<&Control> for pipeline::Odometry {
-    fn from(control: &Control) -> Self {
-        let seconds = control.duration as f32;
-        if control.velocity.y == 0.0 {
-            let (v, omega) = (control.velocity.x as f32, control.turn_rate as f32);
-            return Self::Velocity { v, omega, seconds };
-        }
-        let (step, turn) = control.step();
-        Self::Increment { forward: step.x as f32, left: step.y as f32, turn: turn as f32, seconds }
-    }
-}
-
 /// What the wheels say, as constant motions between growing times.
 #[derive(Clone, Debug)]
 pub struct Odometry {
