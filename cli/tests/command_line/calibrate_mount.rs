@@ -58,7 +58,7 @@ fn what_cannot_be_fitted_is_refused_with_a_remedy() {
     for (points, words) in [
         ("one.csv", "fit less"),
         ("sky.csv", "point 1 at pixel (150, 10) does not see the floor"),
-        ("negative.csv", "negative.csv:2"),
+        ("negative.csv", "negative.csv, line 2"),
     ] {
         let refused = folder.run(&format!("calibrate-mount --rig rig.toml --points {points} --out out.toml"));
         assert_eq!(refused.status, 1);
