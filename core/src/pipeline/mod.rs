@@ -16,7 +16,7 @@ mod pixel_association;
 mod report;
 mod snapshot;
 mod storage;
-#[cfg(feature = "alloc")]
+#[cfg(all(feature = "alloc", feature = "sift"))]
 mod visual_motion;
 
 pub use config::{Config, Model, MountError};
@@ -27,7 +27,7 @@ pub use snapshot::state_len;
 #[cfg(feature = "alloc")]
 pub use storage::OnHeap;
 pub use storage::{Memory, Storage};
-#[cfg(feature = "alloc")]
+#[cfg(all(feature = "alloc", feature = "sift"))]
 pub use visual_motion::{VisualConfig, VisualMotion, VisualStep};
 
 use crate::Result;
