@@ -5,7 +5,7 @@ use crate::{
         progress, results,
         sequence::{Sequence, SequenceFiles, beside},
     },
-    files::{MapPoint, Outputs, Rig, Stamped, Table},
+    files::{Outputs, Rig, Stamped, Table, confirmed_map},
     pictures::Picture,
     report::{self, Observation, Run, SHOTS, Shot},
 };
@@ -13,7 +13,7 @@ use clap::Args;
 use monorange_core::{
     geometry::Pose,
     pipeline::{Carrier, Memory, OnHeap, Pipeline, PixelAssociation, Report, VisualConfig, VisualMotion},
-    slam::{Increment, Status},
+    slam::Increment,
 };
 use nalgebra::Vector2;
 use std::{
@@ -232,19 +232,7 @@ impl<'a> Drive<'a> {
     }
 
     fn finish(mut self, arguments: &Arguments) -> Result<Run> {
-        let filter = self.pipeline.filter();
-        let confirmed = filter.landmarks().iter().filter(|landmark| landmark.status == Status::Confirmed);
-        self.run.map = confirmed
-            .filter_map(|landmark| {
-                Some(MapPoint {
-                    id: landmark.id.into(),
-                    position: filter.position(landmark)?.cast(),
-                    covariance: filter.position_covariance(landmark).map(|covariance| covariance.cast()),
-                    seen: landmark.seen.into(),
-                    first_and_last: Some([landmark.first_time + self.start, landmark.last_time + self.start]),
-                })
-            })
-            .collect();
+        self.run.map = confirmed_map(self.pipeline.filter(), self.start);
         self.run.verdict = match self.pipeline.health().measurements {
             0 => "unchecked",
             _ => self.pipeline.health().verdict().as_str(),

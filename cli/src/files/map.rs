@@ -1,5 +1,6 @@
 use super::Table;
 use crate::Result;
+use monorange_core::slam::{Filter, Landmark, Status};
 use nalgebra::{Matrix2, Vector2};
 use std::{
     io::{self, Write},
@@ -19,6 +20,25 @@ pub struct MapPoint {
     pub seen: u64,
     /// Time of the first and of the last sighting, s.
     pub first_and_last: Option<[f64; 2]>,
+}
+
+/// The confirmed landmarks of a filter whose clock began at `start` seconds.
+pub fn confirmed_map<S, L>(filter: &Filter<f32, S, L>, start: f64) -> Vec<MapPoint>
+where
+    S: AsRef<[f32]> + AsMut<[f32]>,
+    L: AsRef<[Landmark<f32>]> + AsMut<[Landmark<f32>]>,
+{
+    let confirmed = filter.landmarks().iter().filter(|landmark| landmark.status == Status::Confirmed);
+    let points = confirmed.filter_map(|landmark| {
+        Some(MapPoint {
+            id: landmark.id.into(),
+            position: filter.position(landmark)?.cast(),
+            covariance: filter.position_covariance(landmark).map(|covariance| covariance.cast()),
+            seen: landmark.seen.into(),
+            first_and_last: Some([landmark.first_time + start, landmark.last_time + start]),
+        })
+    });
+    points.collect()
 }
 
 const HEADER: &str = "id,x,y,var_x,cov_xy,var_y,seen,first_t,last_t";

@@ -16,7 +16,7 @@ mod times;
 mod trajectory;
 
 pub use camera_info::{Intrinsics, read_camera_info};
-pub use map::{MapPoint, read_map, write_map, write_ply};
+pub use map::{MapPoint, confirmed_map, read_map, write_map, write_ply};
 pub use odometry::{Control, Odometry};
 pub use order::natural_order;
 #[cfg(feature = "command")]

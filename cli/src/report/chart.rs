@@ -44,6 +44,7 @@ impl Chart {
     }
 
     /// Words left of and above a point.
+    #[cfg(feature = "command")]
     pub(crate) fn label(&mut self, x: f64, y: f64, class: &str, words: &str) {
         let (x, y) = self.place(x, y);
         let _ = write!(

@@ -19,6 +19,7 @@ pub use page::page;
 pub use setup::{SettingLine, Setup};
 pub use shot::{SHOTS, Shot, shot};
 pub use subject::Subject;
+#[cfg(feature = "command")]
 pub(crate) use svg::escape;
 
 /// The style of every page.

@@ -4,13 +4,12 @@
 //! stop. Every method gets the same pictures, corners and odometry.
 use super::{Figures, Section};
 use crate::evaluation::{Align, Pair, TrajectoryErrors, trajectory_errors};
-use crate::files::{MapPoint, Rig, Stamped};
+use crate::files::{MapPoint, Rig, Stamped, confirmed_map};
 use crate::report::{chart::Chart, floor_plan};
 use crate::{Error, Result};
 use monorange_core::geometry::{Pose, wrap_angle};
 use monorange_core::image::Grey;
 use monorange_core::pipeline::{Config, Memory, MotionNoise, Odometry, OnHeap, Pipeline};
-use monorange_core::slam::Status;
 use monorange_sim::{MOUNT_STD, PIXEL_STD, Scene, SceneConfig, SimConfig, Simulation, default_rig};
 use nalgebra::Vector2;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -168,19 +167,7 @@ pub fn drive(seed: u64, frames: usize) -> Result<Drive> {
 }
 
 fn outcome(pipeline: &Pipeline<OnHeap>, pairs: Vec<Pair>, true_map: &[Vector2<f64>]) -> Outcome {
-    let filter = pipeline.filter();
-    let confirmed = filter.landmarks().iter().filter(|landmark| landmark.status == Status::Confirmed);
-    let map: Vec<_> = confirmed
-        .filter_map(|landmark| {
-            Some(MapPoint {
-                id: landmark.id.into(),
-                position: filter.position(landmark)?.cast(),
-                covariance: filter.position_covariance(landmark).map(|covariance| covariance.cast()),
-                seen: landmark.seen.into(),
-                first_and_last: Some([landmark.first_time, landmark.last_time]),
-            })
-        })
-        .collect();
+    let map = confirmed_map(pipeline.filter(), 0.0);
     let nearest = |point: &MapPoint| {
         true_map.iter().map(|corner| (corner - point.position).norm()).fold(f64::INFINITY, f64::min)
     };
