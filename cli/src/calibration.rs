@@ -8,18 +8,19 @@ use crate::{
 };
 use monorange_core::{
     geometry::{
-        Mount, RangeFinder,
+        RangeFinder,
         mount_fit::{
-            Fitted, KnownPoint, MountFit, PointNoise, fit_points, fit_points_robustly, fit_verticals,
-            point_residual,
+            DriveStep, Fitted, KnownPoint, MountFit, PointNoise, TrackedPoint, fit_drive, fit_points,
+            fit_points_robustly, fit_verticals, point_residual,
         },
     },
     lines::Corner,
     pipeline::{Config, Memory, MountError, Odometry, OnHeap, Pipeline},
+    slam::Decision,
 };
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Matrix3, Vector2};
 use serde::Serialize;
-use std::{fmt, path::Path};
+use std::{collections::BTreeMap, fmt, path::Path};
 
 /// What the mount was fitted to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -203,8 +204,8 @@ pub struct Seen {
     pub corners: Vec<Corner>,
 }
 
-/// A drive is gone through at most so often, each time from the mount that the time before gave.
-const PASSES: usize = 4;
+/// Pictures from the first of a step to its last.
+const STEP_FRAMES: usize = 4;
 
 /// The mount with which the floor's corners move as the wheels say.
 ///
@@ -227,9 +228,8 @@ pub fn from_drive(rig: &Rig, sequence: &Sequence, fitted: Fitted) -> Result<Cali
         reached = *time;
         drive.push(Seen { time: time - start, motions, corners: extraction.corners.to_vec() });
     }
-    let (fit, measurements) = fit_drive(rig.settings, &drive, fitted)?.ok_or_else(|| {
-        Error::new("the drive does not tell the mount")
-            .help("give pictures of a drive with floor corners in them")
+    let (fit, measurements) = fit_seen(rig, &drive, fitted).map_err(|error| {
+        error.help("give pictures of a longer drive, with floor corners in them and some turns")
     })?;
     let mut calibration = Calibration::new(Evidence::Drive, drive.len(), rig, fit);
     if measurements < 100 {
@@ -240,39 +240,57 @@ pub fn from_drive(rig: &Rig, sequence: &Sequence, fitted: Fitted) -> Result<Cali
     Ok(calibration)
 }
 
-/// The mount as the filter's own state at the end of a drive, and how many corners were measured. The drive is gone
-/// through again from the mount found, so that it is linearised where it is.
+/// The mount from what a drive shows, and how many corners were followed. The filter says who is who; the corners of
+/// every fifth picture are then followed over four, so that no two steps share a picture or an error of the wheels.
 ///
 /// # Errors
-/// When the pipeline refuses its settings.
-pub fn fit_drive(settings: Config, drive: &[Seen], fitted: Fitted) -> Result<Option<(MountFit, u32)>> {
-    let camera = *settings.finder.camera();
-    let mut config = drive_config(settings, fitted);
-    let mut last = None;
-    for _ in 0..PASSES {
-        let memory = Memory::on_heap(camera.width(), camera.height(), 512);
-        let mut pipeline = Pipeline::<OnHeap>::new(config, memory).map_err(Error::new)?;
-        for seen in drive {
-            for (time, motion) in &seen.motions {
-                pipeline.odometry(*time, motion).map_err(Error::new)?;
-            }
-            pipeline.observe(seen.time, &seen.corners).map_err(Error::new)?;
+/// When the pipeline refuses its settings, or the drive does not determine what is to be fitted.
+pub fn fit_seen(rig: &Rig, drive: &[Seen], fitted: Fitted) -> Result<(MountFit, usize)> {
+    let config = drive_config(rig.settings, fitted);
+    let camera = rig.finder.camera();
+    let memory = Memory::on_heap(camera.width(), camera.height(), 512);
+    let mut pipeline = Pipeline::<OnHeap>::new(config, memory).map_err(Error::new)?;
+    let mut named = Vec::with_capacity(drive.len());
+    for seen in drive {
+        for (time, motion) in &seen.motions {
+            pipeline.odometry(*time, motion).map_err(Error::new)?;
         }
-        let filter = pipeline.filter();
-        let (Some(finder), Some(error)) = (filter.finder(), filter.mount_error()) else { return Ok(None) };
-        let covariance = filter.mount_error_covariance().unwrap_or_default().cast::<f64>();
-        let mount = Mount::new(finder.mount().parameters().map(f64::from)).map_err(Error::new)?;
-        let measurements = pipeline.health().measurements;
-        last =
-            Some((MountFit { mount, covariance, cost: 0.0, freedom: measurements as usize }, measurements));
-        let settled =
-            (0..4).all(|index| f64::from(error[index]).abs() <= 0.1 * covariance[(index, index)].sqrt());
-        if settled {
-            break;
-        }
-        config.finder = finder;
+        let report = pipeline.observe(seen.time, &seen.corners).map_err(Error::new)?;
+        let taken = [Decision::Update, Decision::Tentative, Decision::Birth];
+        let mine = report.corners.iter().filter(|corner| taken.contains(&corner.outcome.decision));
+        let corners = mine.filter_map(|corner| {
+            Some((
+                corner.outcome.landmark?,
+                (corner.pixel.cast::<f64>(), corner.pixel_covariance.cast::<f64>()),
+            ))
+        });
+        named.push(corners.collect::<BTreeMap<_, _>>());
     }
-    Ok(last)
+    let tracks: Vec<Vec<_>> = named
+        .chunks_exact(STEP_FRAMES + 1)
+        .map(|frames| {
+            let (Some(first), Some(last)) = (frames.first(), frames.last()) else { return Vec::new() };
+            let track = |(id, (before, covariance_before)): (&u32, &(Vector2<f64>, Matrix2<f64>))| {
+                let (after, covariance_after) = *last.get(id)?;
+                let (before, covariance_before) = (*before, *covariance_before);
+                Some(TrackedPoint { before, after, covariance_before, covariance_after })
+            };
+            first.iter().filter_map(track).collect()
+        })
+        .collect();
+    let steps: Vec<_> = drive
+        .chunks_exact(STEP_FRAMES + 1)
+        .zip(&tracks)
+        .filter_map(|(frames, points)| {
+            let readings = frames.iter().skip(1).flat_map(|seen| &seen.motions);
+            let steps = readings.map(|(_, reading)| config.motion.increment(reading));
+            let whole = steps.reduce(|before, step| before.then(&step))?;
+            // What a perfect wheel would still be off by.
+            let covariance = whole.covariance.cast() + Matrix3::identity() * 1e-8;
+            Some(DriveStep { motion: whole.delta.cast(), covariance, points })
+        })
+        .collect();
+    fit_drive(camera, rig.finder.mount(), &steps, fitted).map_err(Error::new)
 }
 
 impl Calibration {

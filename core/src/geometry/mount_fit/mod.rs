@@ -7,9 +7,9 @@
 //! |---|---|---|
 //! | floor points of known place | all four | [`fit_points`], [`fit_points_robustly`] |
 //! | edges that are vertical in the world | tilt and roll | [`fit_verticals`] |
-//! | a drive with odometry | all four | the filter's own mount states ([`MountError::Estimated`]) |
+//! | a drive with odometry | all four | [`fit_drive`]; or the filter's own mount states ([`MountError::Estimated`]) |
 //!
-//! The first two are weighted least squares over any subset of m = (height, tilt, roll, yaw):
+//! They are weighted least squares over any subset of m = (height, tilt, roll, yaw):
 //!
 //! ```text
 //! minimise   Σᵢ rᵢ(m)ᵀ Wᵢ rᵢ(m),      (Σ Jᵢᵀ Wᵢ Jᵢ + λ diag) δ = Σ Jᵢᵀ Wᵢ rᵢ      (Levenberg, Marquardt)
@@ -19,7 +19,7 @@
 //! | symbol | in code | shape | unit |
 //! |---|---|---|---|
 //! | m | `Mount::parameters()[..4]` | 4 | m, rad |
-//! | r | residual, observed − seen through m | 2 a point, 1 an edge | m, rad / 1 |
+//! | r | residual, observed − seen through m | 2 a point, 1 an edge | m, rad; px; 1 |
 //! | W | inverse covariance of r | 2×2 / 1 | |
 //! | dof | numbers observed − parameters fitted | | |
 //!
@@ -28,9 +28,11 @@
 //! [`MountFit::indistinct`] says so.
 //!
 //! [`MountError::Estimated`]: crate::pipeline::MountError::Estimated
+mod drive;
 mod points;
 mod verticals;
 
+pub use drive::{DriveStep, TrackedPoint, fit_drive};
 pub use points::{KnownPoint, PointNoise, fit_points, fit_points_robustly, point_residual};
 pub use verticals::{VerticalEdge, fit_verticals};
 
