@@ -28,6 +28,7 @@ extern crate alloc;
 
 mod error;
 mod real;
+mod sort;
 
 pub mod association;
 pub mod features;

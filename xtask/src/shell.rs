@@ -29,11 +29,25 @@ pub(crate) fn cargo(words: &str) -> Command {
 
 /// Runs a command after printing it; its output goes where ours goes.
 pub(crate) fn run(command: &mut Command) -> Result<()> {
-    let words: Vec<_> = [command.get_program()].into_iter().chain(command.get_args()).collect();
-    let line = words.iter().map(|word| word.to_string_lossy()).collect::<Vec<_>>().join(" ");
-    eprintln!("\n▸ {line}");
-    let status = command.status().with_context(|| format!("cannot start `{line}`"))?;
-    ensure!(status.success(), "`{line}` failed ({status})");
+    run_together([command])
+}
+
+/// Runs commands side by side, as [`run`] does one.
+pub(crate) fn run_together<'a>(commands: impl IntoIterator<Item = &'a mut Command>) -> Result<()> {
+    let mut running = Vec::new();
+    for command in commands {
+        let words: Vec<_> = [command.get_program()].into_iter().chain(command.get_args()).collect();
+        let line = words.iter().map(|word| word.to_string_lossy()).collect::<Vec<_>>().join(" ");
+        eprintln!("\n▸ {line}");
+        let child = command.spawn().with_context(|| format!("cannot start `{line}`"))?;
+        running.push((line, child));
+    }
+    // All of them are waited for before the first failure is told.
+    let ended = running.into_iter().map(|(line, mut child)| (child.wait(), line)).collect::<Vec<_>>();
+    for (status, line) in ended {
+        let status = status?;
+        ensure!(status.success(), "`{line}` failed ({status})");
+    }
     Ok(())
 }
 

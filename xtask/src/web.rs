@@ -2,23 +2,35 @@
 use crate::{setup, shell};
 use anyhow::{Context, Result, ensure};
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 const WASM: &str = "wasm32-unknown-unknown";
 
-/// A crate that becomes a WebAssembly package in its own folder's `pkg/`.
-struct Package {
-    folder: &'static str,
-    name: &'static str,
+/// Crates that become WebAssembly packages in their own folders' `pkg/`.
+struct Build {
+    /// Folders and names.
+    packages: &'static [(&'static str, &'static str)],
     /// As in the workspace's `Cargo.toml`.
     profile: &'static str,
-    variants: &'static [&'static str],
+    variant: &'static str,
 }
 
-const PACKAGES: [Package; 4] = [
-    Package::fast("wasm", "monorange-wasm", &["scalar", "simd"]),
-    Package::small("wasm/files", "monorange-wasm-files"),
-    Package::small("wasm/pictures", "monorange-wasm-pictures"),
-    Package::small("wasm/results", "monorange-wasm-results"),
+const PIPELINE: (&str, &str) = ("wasm", "monorange-wasm");
+const BUILDS: [Build; 4] = [
+    Build { packages: &[PIPELINE], profile: "wasm", variant: "simd" },
+    Build { packages: &[PIPELINE], profile: "wasm", variant: "scalar" },
+    // Loaded when needed, and never in a hurry.
+    Build {
+        packages: &[("wasm/files", "monorange-wasm-files"), ("wasm/results", "monorange-wasm-results")],
+        profile: "wasm-small",
+        variant: "scalar",
+    },
+    // By itself: with the others it would get their formats of pictures too.
+    Build {
+        packages: &[("wasm/pictures", "monorange-wasm-pictures")],
+        profile: "wasm-small",
+        variant: "scalar",
+    },
 ];
 
 /// What must stay small, in bytes after gzip: start and end of the file's name, limit.
@@ -64,13 +76,9 @@ pub(crate) fn run(options: &Options) -> Result<()> {
 pub(crate) fn build() -> Result<()> {
     setup::rust_target(WASM)?;
     setup::node()?;
-    for package in &PACKAGES {
-        for variant in package.variants {
-            package.build(variant)?;
-        }
-    }
+    packages()?;
     setup::node_modules()?;
-    has_simd(&PACKAGES[0])?;
+    has_simd()?;
     shell::run(&mut tool("tsc", &["--noEmit"]))?;
     shell::run(&mut tool("vite", &["build", "--logLevel", "warn"]))?;
     sizes()
@@ -101,7 +109,7 @@ pub(crate) fn serve(port: u16) -> Result<()> {
 }
 
 /// A command of the page's npm packages.
-fn tool(name: &str, arguments: &[&str]) -> std::process::Command {
+fn tool(name: &str, arguments: &[&str]) -> Command {
     let web = shell::root().join("web");
     let program = web.join("node_modules/.bin").join(name);
     let mut command = shell::command(&program.display().to_string(), arguments);
@@ -109,49 +117,62 @@ fn tool(name: &str, arguments: &[&str]) -> std::process::Command {
     command
 }
 
-impl Package {
-    const fn fast(folder: &'static str, name: &'static str, variants: &'static [&'static str]) -> Self {
-        Self { folder, name, profile: "wasm", variants }
-    }
-
-    /// Loaded when needed, and never in a hurry.
-    const fn small(folder: &'static str, name: &'static str) -> Self {
-        Self { folder, name, profile: "wasm-small", variants: &["scalar"] }
-    }
-
-    fn module(&self, variant: &str) -> PathBuf {
-        shell::root().join(self.folder).join("pkg").join(format!("{}_{variant}.wasm", self.library()))
-    }
-
-    fn library(&self) -> String {
-        self.name.replace('-', "_")
-    }
-
-    /// Compiles the crate and writes its JavaScript side.
-    fn build(&self, variant: &str) -> Result<()> {
-        let Self { folder, name, profile, .. } = self;
-        let pkg = shell::root().join(folder).join("pkg");
-        std::fs::create_dir_all(&pkg)?;
-        let words = format!("build --quiet --package {name} --lib --profile {profile} --target {WASM}");
-        let mut build = shell::cargo(&words);
-        // A folder for each set of flags, or every change of them would build everything anew.
-        let target = shell::target().join(format!("wasm-{variant}"));
-        build.env("CARGO_TARGET_DIR", &target);
-        if variant == "simd" {
-            build.env("RUSTFLAGS", "-Ctarget-feature=+simd128");
+/// Compiles the crates, side by side, and writes their JavaScript sides.
+fn packages() -> Result<()> {
+    let mut compilers = BUILDS.each_ref().map(Build::compiler);
+    shell::run_together(&mut compilers)?;
+    for build in &BUILDS {
+        for (folder, name) in build.packages {
+            let pkg = shell::root().join(folder).join("pkg");
+            std::fs::create_dir_all(&pkg)?;
+            let bindings = &mut shell::cargo("run --quiet --package monorange-bindgen --");
+            shell::run(bindings.arg(build.compiled(name)).arg(&pkg))?;
+            std::fs::rename(
+                pkg.join(format!("{}_bg.wasm", library(name))),
+                module(folder, name, build.variant),
+            )
+            .with_context(|| format!("{name} gave no module"))?;
         }
-        shell::run(&mut build)?;
-        let built = target.join(WASM).join(profile).join(format!("{}.wasm", self.library()));
-        shell::run(shell::cargo("run --quiet --package monorange-bindgen --").arg(&built).arg(&pkg))?;
-        std::fs::rename(pkg.join(format!("{}_bg.wasm", self.library())), self.module(variant))
-            .with_context(|| format!("{name} gave no module"))
+    }
+    Ok(())
+}
+
+impl Build {
+    fn compiler(&self) -> Command {
+        let mut words = format!("build --quiet --lib --profile {} --target {WASM}", self.profile);
+        for (_, name) in self.packages {
+            words += &format!(" --package {name}");
+        }
+        let mut compiler = shell::cargo(&words);
+        compiler.env("CARGO_TARGET_DIR", self.target());
+        if self.variant == "simd" {
+            compiler.env("RUSTFLAGS", "-Ctarget-feature=+simd128");
+        }
+        compiler
+    }
+
+    /// A folder for each set of flags, or every change of them would build everything anew.
+    fn target(&self) -> PathBuf {
+        shell::target().join(format!("{}-{}", self.profile, self.variant))
+    }
+
+    fn compiled(&self, name: &str) -> PathBuf {
+        self.target().join(WASM).join(self.profile).join(format!("{}.wasm", library(name)))
     }
 }
 
+fn library(name: &str) -> String {
+    name.replace('-', "_")
+}
+
+fn module(folder: &str, name: &str, variant: &str) -> PathBuf {
+    shell::root().join(folder).join("pkg").join(format!("{}_{variant}.wasm", library(name)))
+}
+
 /// Looks into the modules: a SIMD build without SIMD would be slow, and nothing else would tell.
-fn has_simd(package: &Package) -> Result<()> {
+fn has_simd() -> Result<()> {
     let count = |variant| -> Result<usize> {
-        let code = std::fs::read(package.module(variant))?;
+        let code = std::fs::read(module(PIPELINE.0, PIPELINE.1, variant))?;
         let is_simd =
             |bytes: &[u8]| matches!(bytes, [0xfd, operation, 0x01] if LANE_ARITHMETIC.contains(operation));
         Ok(code.windows(3).filter(|bytes| is_simd(bytes)).count())

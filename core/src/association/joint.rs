@@ -18,6 +18,7 @@
 )]
 use super::gate::{cholesky, forward};
 use crate::Real;
+use crate::sort::sort_small;
 use nalgebra::{Matrix2, Vector2};
 
 /// Measurements that one joint search pairs.
@@ -52,7 +53,7 @@ pub fn exclusive_nearest<T: Real>(candidates: &mut heapless::Vec<Candidate<T>, M
         let by_cost = a.cost.partial_cmp(&b.cost).unwrap_or(core::cmp::Ordering::Equal);
         by_cost.then(a.observation.cmp(&b.observation)).then(a.landmark.cmp(&b.landmark))
     };
-    candidates.sort_unstable_by(order);
+    sort_small(candidates, order);
     let mut kept = 0;
     for index in 0..candidates.len() {
         let next = candidates[index];
@@ -64,7 +65,7 @@ pub fn exclusive_nearest<T: Real>(candidates: &mut heapless::Vec<Candidate<T>, M
         }
     }
     candidates.truncate(kept);
-    candidates.sort_unstable_by_key(|pair| pair.observation);
+    sort_small(candidates, |a, b| a.observation.cmp(&b.observation));
 }
 
 /// A set of pairs.

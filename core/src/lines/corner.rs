@@ -3,6 +3,7 @@ use super::edge::{EdgePoint, NEAR_CORNER};
 use super::extraction::{Corner, Extraction, Line, MAX_LINES};
 use super::fit::{Sampling, fit};
 use crate::geometry::{Camera, RangeFinder};
+use crate::sort::sort_small;
 use heapless::Vec;
 use nalgebra::{Matrix2, Vector2};
 
@@ -128,7 +129,7 @@ impl CornerSearch<'_> {
                 },
             );
         }
-        corners.sort_unstable_by(|a, b| a.covariance.trace().total_cmp(&b.covariance.trace()));
+        sort_small(&mut corners, |a, b| a.covariance.trace().total_cmp(&b.covariance.trace()));
         for corner in &corners {
             extraction.truncations.corners += u32::from(extraction.corners.push(*corner).is_err());
         }

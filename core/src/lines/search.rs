@@ -3,6 +3,7 @@ use super::edge::{EdgePoint, NO_OWNER};
 use super::extraction::{Line, MAX_LINES};
 use super::fit::{Sampling, fit};
 use super::hough::{Accumulator, Pass, Peak, VOTE};
+use crate::sort::sort_small;
 use heapless::Vec;
 use nalgebra::Vector2;
 
@@ -112,7 +113,7 @@ impl Search<'_> {
             let gathered = members.get_mut(..count)?;
             let position =
                 |index: &u16| points.get(usize::from(*index)).map_or(0.0, |p| line.position(p.position));
-            gathered.sort_unstable_by(|a, b| position(a).total_cmp(&position(b)));
+            sort_small(gathered, |a, b| position(a).total_cmp(&position(b)));
             run = longest_run(
                 gathered,
                 position,

@@ -24,6 +24,7 @@ use crate::association::{
     normalised_square,
 };
 use crate::geometry::RangeFinder;
+use crate::sort::sort_small;
 use crate::{Error, Real, Result};
 use nalgebra::{Matrix2, Vector2};
 
@@ -467,7 +468,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             return candidates.clone();
         }
         // Each measurement's candidates in the order of their cost: the first descent is then the greedy one.
-        candidates.sort_unstable_by(|a, b| {
+        sort_small(candidates, |a, b| {
             let by_cost = a.cost.partial_cmp(&b.cost).unwrap_or(core::cmp::Ordering::Equal);
             a.observation.cmp(&b.observation).then(by_cost).then(a.landmark.cmp(&b.landmark))
         });

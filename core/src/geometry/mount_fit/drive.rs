@@ -15,7 +15,7 @@
 //! Steps must not overlap, nor share a picture, or their errors would not be independent. Jacobians are central
 //! differences in `f64`, which are good to nine digits here. Height is known from the length of the way, so a scale
 //! error of the wheels goes into it whole.
-use super::{Fitted, MountFit, Normal, solve};
+use super::{Fitted, MountFit, Normal, solve, undetermined};
 use crate::geometry::{Camera, Mount, Pose, RangeFinder};
 use crate::{Error, Result};
 use nalgebra::{Matrix2, Matrix3, SMatrix, Vector2, Vector3};
@@ -87,6 +87,10 @@ pub fn fit_drive(
             }
             normal.cost.is_finite().then_some(normal)
         })?;
+        // A mount by hand is better than that.
+        if fit.std().into_iter().zip(PRIOR).zip(scale).any(|((std, prior), scale)| std > prior * scale) {
+            return Err(undetermined(fit.freedom));
+        }
         let used =
             steps.iter().map(|step| step.points.iter().filter(|point| fits(step, point)).count()).sum();
         (guess, spread) = (fit.mount, fit.covariance);

@@ -106,11 +106,6 @@ const MAX_ITERATIONS: usize = 100;
 
 /// The mount with the least cost; `at` gives the sums at a mount, or `None` where the evidence contradicts it.
 fn solve(first: &Mount<f64>, fitted: Fitted, at: impl Fn(&Mount<f64>) -> Option<Normal>) -> Result<MountFit> {
-    let undetermined = |count: usize| Error::OutOfRange {
-        name: "mount evidence",
-        value: count as f64,
-        expected: "enough of it to tell the fitted parameters apart (points below the horizon, near and far)",
-    };
     let mut mount = *first;
     let mut normal = at(&mount).ok_or(undetermined(0))?;
     let mut damping = 1e-3;
@@ -151,6 +146,14 @@ fn solve(first: &Mount<f64>, fitted: Fitted, at: impl Fn(&Mount<f64>) -> Option<
         covariance *= normal.cost / freedom.max(1) as f64;
     }
     Ok(MountFit { mount, covariance, cost: normal.cost, freedom })
+}
+
+fn undetermined(count: usize) -> Error {
+    Error::OutOfRange {
+        name: "mount evidence",
+        value: count as f64,
+        expected: "enough of it to tell the fitted parameters apart (points below the horizon, near and far)",
+    }
 }
 
 /// The matrix with the identity where a parameter is not fitted.
