@@ -184,7 +184,9 @@ impl<'a> Drive<'a> {
         for control in controls.unwrap_or_default() {
             self.reached += control.duration;
             let reading = control.reading();
-            self.pipeline.odometry(self.reached - self.start, &reading).map_err(Error::new)?;
+            if !self.fused() {
+                self.pipeline.odometry(self.reached - self.start, &reading).map_err(Error::new)?;
+            }
             let step = self.rig.settings.motion.increment(&reading);
             wheels = Some(wheels.map_or(step, |before: Increment<f32>| before.then(&step)));
         }
@@ -193,15 +195,27 @@ impl<'a> Drive<'a> {
         let (finder, now) = (self.pipeline.finder(), time - self.start);
         let step = visual.step_with(&finder, now, wheels.as_ref(), picture.grey()?).map_err(Error::new)?;
         let Some(step) = step else {
+            if let Some(wheels) = wheels.filter(|_| self.fused()) {
+                self.pipeline.motion(now, &wheels).map_err(Error::new)?;
+            }
             self.pixels.look(None, None, true);
             return Ok(());
         };
         self.pixels.look(step.motion.as_ref().ok(), step.free.as_ref(), step.new_keyframe);
         if let Some(unmeasured) = &mut self.run.unmeasured {
             *unmeasured += usize::from(!step.measured);
-            self.pipeline.motion(now, &step.increment).map_err(Error::new)?;
+        }
+        if self.fused() {
+            self.pipeline.motion_seen(now, &step.increment, &step.by_mount).map_err(Error::new)?;
         }
         Ok(())
+    }
+
+    /// Whether the robot's motion comes from the pictures: with the wheels' where the floor carries corners, alone where
+    /// there are no wheels.
+    fn fused(&self) -> bool {
+        let carrier = self.pipeline.config().carrier;
+        self.visual.is_some() && (carrier == Carrier::Floor || self.sequence.odometry.is_none())
     }
 
     fn note(&mut self, frame: usize, time: f64, report: &Report) {

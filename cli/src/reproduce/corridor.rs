@@ -7,7 +7,7 @@ use crate::evaluation::{Align, Pair, TrajectoryErrors, trajectory_errors};
 use crate::files::{MapPoint, Rig, Stamped, confirmed_map};
 use crate::report::{chart::Chart, floor_plan};
 use crate::{Error, Result};
-use monorange_core::features::{FeatureKind, SiftConfig};
+use monorange_core::features::{Detector, FeatureKind, Features, SiftConfig};
 use monorange_core::geometry::{Pose, wrap_angle};
 use monorange_core::image::Grey;
 use monorange_core::pipeline::{
@@ -15,7 +15,7 @@ use monorange_core::pipeline::{
     VisualMotion,
 };
 use monorange_sim::{MOUNT_STD, PIXEL_STD, Scene, SceneConfig, SimConfig, Simulation, default_rig};
-use nalgebra::Vector2;
+use nalgebra::{Matrix3x4, Vector2};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
@@ -30,7 +30,7 @@ pub struct Method {
 
 /// Ours first.
 pub const METHODS: [Method; 3] = [
-    Method { name: "ours", config: |defaults| defaults },
+    Method { name: "ours", config: |defaults| Config { carrier: Carrier::Floor, ..defaults } },
     Method { name: "as in the paper", config: paper },
     Method {
         name: "paper, no homography",
@@ -57,10 +57,8 @@ impl Runner {
         let config = (method.config)(defaults);
         let camera = config.finder.camera();
         let memory = Memory::on_heap(camera.width(), camera.height(), 512);
-        // The first octave not doubled: a third of the time, and the corners' neighbourhoods are not small.
-        let sift = SiftConfig { doubled: false, ..SiftConfig::default() };
         let free = config.carrier == Carrier::Free;
-        let visual = VisualConfig { features: FeatureKind::Sift(sift), free, ..VisualConfig::default() };
+        let visual = VisualConfig { features: features(), free, ..VisualConfig::default() };
         let visual = (config.carrier != Carrier::Map).then(|| VisualMotion::new(visual)).transpose();
         Ok(Self {
             visual: visual.map_err(Error::new)?,
@@ -77,18 +75,24 @@ impl Runner {
         time: f64,
         wheels: Option<Odometry>,
         picture: Grey<'_>,
+        features: &Features,
     ) -> monorange_core::Result<Report> {
-        if let Some(reading) = &wheels {
-            self.pipeline.odometry(time, reading)?;
-        }
+        let mut moved = wheels.map(|reading| (self.motion.increment(&reading), Matrix3x4::zeros()));
         if let Some(visual) = &mut self.visual {
-            let wheels = wheels.map(|reading| self.motion.increment(&reading));
-            match visual.step_with(&self.pipeline.finder(), time, wheels.as_ref(), picture)? {
+            let wheels = moved.map(|(wheels, _)| wheels);
+            match visual.follow(&self.pipeline.finder(), time, wheels.as_ref(), features.clone())? {
                 None => self.pixels.look(None, None, true),
                 Some(step) => {
                     self.pixels.look(step.motion.as_ref().ok(), step.free.as_ref(), step.new_keyframe);
+                    // The floor's homography is the robot's motion; the free one is not.
+                    if self.pipeline.config().carrier == Carrier::Floor {
+                        moved = Some((step.increment, step.by_mount));
+                    }
                 }
             }
+        }
+        if let Some((increment, by_mount)) = moved {
+            self.pipeline.motion_seen(time, &increment, &by_mount)?;
         }
         self.pipeline.begin();
         for row in picture.rows() {
@@ -96,6 +100,12 @@ impl Runner {
         }
         self.pipeline.finish_with(time, &mut self.pixels)
     }
+}
+
+/// Keypoints for all methods. The first octave is not doubled: a third of the time, and the corners' neighbourhoods are
+/// not small.
+fn features() -> FeatureKind {
+    FeatureKind::Sift(SiftConfig { doubled: false, ..SiftConfig::default() })
 }
 
 /// Pictures of a drive once round.
@@ -193,6 +203,7 @@ pub fn drive(seed: u64, frames: usize) -> Result<Drive> {
     let base = defaults(&simulation)?;
     let runners = METHODS.iter().map(|method| Runner::new(method, base, frames));
     let mut runners = runners.collect::<Result<Vec<_>>>()?;
+    let mut detector = Detector::new(features()).map_err(Error::new)?;
     let map_from_world = simulation.true_pose(0).inverse();
     let mut pixels = vec![0; width * height];
     let mut laser = Vec::new();
@@ -206,8 +217,9 @@ pub fn drive(seed: u64, frames: usize) -> Result<Drive> {
             let (v, omega) = (twist.speed as f32, twist.turn as f32);
             Odometry::Velocity { v, omega, seconds: seconds as f32 }
         });
+        let features = detector.detect(picture).map_err(Error::new)?;
         for runner in &mut runners {
-            let report = runner.step(time, wheels, picture).map_err(Error::new)?;
+            let report = runner.step(time, wheels, picture, &features).map_err(Error::new)?;
             let Pose { x, y, heading } = report.pose;
             let pose = Pose { x: x.into(), y: y.into(), heading: heading.into() };
             let estimate = Stamped { time, pose, covariance: Some(report.pose_covariance.cast()) };

@@ -5,8 +5,8 @@ use super::robust::meaningful;
 use super::sample::Sampler;
 use super::{Homography, Match};
 use crate::Real;
-use crate::geometry::{Pose, RangeFinder};
-use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2};
+use crate::geometry::{Mount, Pose, RangeFinder};
+use nalgebra::{Matrix2, Matrix3, Matrix3x4, SMatrix, SVector, Vector2};
 
 /// How the robot can move.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -71,6 +71,8 @@ pub struct GroundMotion<T> {
     pub pose: Pose<T>,
     /// Covariance of (dx, dy, dθ) from the noise of the pixels; rank 2 for [`MotionModel::Wheeled`].
     pub covariance: Matrix3<T>,
+    /// ∂(dx, dy, dθ)/∂(height, tilt, roll, yaw) of the mount: how its error, which all steps share, goes into the step.
+    pub by_mount: Matrix3x4<T>,
     /// Path along the arc (m) and turn (rad): v Δt and ω Δt of the paper's control.
     pub arc: Vector2<T>,
     /// Covariance of the arc.
@@ -133,7 +135,7 @@ pub fn ground_motion<T: Real>(
     let problem = MotionProblem::new(config, finder, prior, tracks)?;
     let (start, samples) = problem.search(tracks);
     let refined = problem.refine(start, tracks, T::one(), 20).ok_or(NoMotion::Degenerate)?;
-    let outcome = problem.conclude(&refined, samples);
+    let outcome = problem.conclude(&refined, tracks, samples);
     if outcome.is_ok() {
         let trial = Trial::new(&problem.rig, &refined.step, refined.scene);
         for track in tracks.iter_mut() {
@@ -151,6 +153,7 @@ const FINALISTS: usize = 3;
 
 struct MotionProblem<'a, T> {
     config: &'a GroundMotionConfig<T>,
+    finder: &'a RangeFinder<T>,
     /// Arc and information.
     prior: Option<(Vector2<T>, Matrix2<T>)>,
     rig: PlanarRig<T>,
@@ -172,7 +175,7 @@ struct RefinedStep<T> {
 impl<'a, T: Real> MotionProblem<'a, T> {
     fn new(
         config: &'a GroundMotionConfig<T>,
-        finder: &RangeFinder<T>,
+        finder: &'a RangeFinder<T>,
         prior: Option<&MotionPrior<T>>,
         tracks: &[Track<T>],
     ) -> Result<Self, NoMotion> {
@@ -190,7 +193,15 @@ impl<'a, T: Real> MotionProblem<'a, T> {
         let (camera, focal) = (finder.camera(), finder.camera().focal());
         let area = T::lit((camera.width() * camera.height()) as f64) / (focal.x * focal.y);
         let prior = prior.and_then(|prior| Some((prior.arc, prior.covariance.try_inverse()?)));
-        Ok(Self { config, prior, rig, area, candidates, variance: variance / T::lit(candidates as f64) })
+        Ok(Self {
+            config,
+            finder,
+            prior,
+            rig,
+            area,
+            candidates,
+            variance: variance / T::lit(candidates as f64),
+        })
     }
 
     fn scene(&self, variance_factor: T) -> Scene<T> {
@@ -390,7 +401,36 @@ impl<'a, T: Real> MotionProblem<'a, T> {
         if enough { (sums.chi2 / freedom).max(T::lit(0.25)).min(T::lit(4.0)) } else { T::one() }
     }
 
-    fn conclude(&self, refined: &RefinedStep<T>, samples: u32) -> Result<GroundMotion<T>, NoMotion> {
+    /// ∂gradient/∂(height, tilt, roll, yaw) at a step, by central differences. Where the gradient is zero, the step
+    /// moves by H⁻¹ times that (the implicit function theorem).
+    fn gradient_by_mount(&self, refined: &RefinedStep<T>, tracks: &[Track<T>]) -> SMatrix<T, STEP, 4> {
+        let mount = self.finder.mount();
+        let size = T::lit(1e-3);
+        let gradient = |index: usize, change: T| {
+            let mut parameters = mount.parameters();
+            if let Some(parameter) = parameters.get_mut(index) {
+                *parameter += change;
+            }
+            let moved = RangeFinder::new(*self.finder.camera(), Mount::new(parameters).ok()?);
+            let rig = PlanarRig::new(&moved);
+            Some(Trial::new(&rig, &refined.step, refined.scene).equations(tracks).gradient)
+        };
+        let mut jacobian = SMatrix::<T, STEP, 4>::zeros();
+        for (index, mut column) in jacobian.column_iter_mut().enumerate() {
+            let change = if index == 0 { size * mount.height() } else { size };
+            if let Some((after, before)) = gradient(index, change).zip(gradient(index, -change)) {
+                column.copy_from(&((after - before) / (change + change)));
+            }
+        }
+        jacobian
+    }
+
+    fn conclude(
+        &self,
+        refined: &RefinedStep<T>,
+        tracks: &[Track<T>],
+        samples: u32,
+    ) -> Result<GroundMotion<T>, NoMotion> {
         let RefinedStep { step, sums, .. } = refined;
         let gate = T::pi() * T::lit(9.21) * self.variance;
         let sample = if self.config.model == MotionModel::Free { 2 } else { 1 };
@@ -416,6 +456,7 @@ impl<'a, T: Real> MotionProblem<'a, T> {
         Ok(GroundMotion {
             pose: step.pose(),
             covariance: pose_by_step * covariance * pose_by_step.transpose(),
+            by_mount: pose_by_step * covariance * self.gradient_by_mount(refined, tracks),
             arc: step.arc(),
             arc_covariance,
             floor_homography,

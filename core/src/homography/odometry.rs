@@ -3,7 +3,7 @@ use super::motion_likelihood::Track;
 use super::{GroundMotion, GroundMotionConfig, Match, MotionPrior, NoMotion, ground_motion};
 use crate::Real;
 use crate::geometry::{Pose, RangeFinder};
-use nalgebra::{Matrix2, Matrix3, SymmetricEigen, Vector2};
+use nalgebra::{Matrix2, Matrix3, Matrix3x4, SymmetricEigen, Vector2};
 
 /// Settings of [`VisualOdometry`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,6 +14,8 @@ pub struct OdometryConfig<T> {
     pub acceleration_std: T,
     /// How fast the robot changes its turn rate, rad/s².
     pub turn_acceleration_std: T,
+    /// Sideways error for each metre driven.
+    pub slip: T,
     /// Path after which the picture becomes the keyframe, in heights of the camera.
     pub keyframe_path: T,
     /// Turn after which the picture becomes the keyframe, rad.
@@ -28,6 +30,7 @@ impl<T: Real> Default for OdometryConfig<T> {
             motion: GroundMotionConfig { scale_noise: true, ..GroundMotionConfig::default() },
             acceleration_std: T::lit(2.0),
             turn_acceleration_std: T::lit(2.0),
+            slip: T::lit(0.002),
             keyframe_path: T::lit(0.5),
             keyframe_turn: T::lit(0.15),
             keyframe_floor: T::lit(20.0),
@@ -41,6 +44,10 @@ pub struct VisualOdometry<T> {
     /// keyframe_robot_from_robot, at the last picture, with its covariance.
     since_keyframe: Pose<T>,
     since_keyframe_covariance: Matrix3<T>,
+    since_keyframe_by_mount: Matrix3x4<T>,
+    /// What the wheels alone say since the keyframe, and the covariance of its arc: the pictures' part of the last step
+    /// must not come back as a prior, since this step's matches share the keyframe's noise with it.
+    wheels: (Pose<T>, Matrix2<T>),
     /// Last (v, ω) with its covariance, once there is one.
     velocity: Option<(Vector2<T>, Matrix2<T>)>,
 }
@@ -55,6 +62,8 @@ pub struct OdometryReport<T> {
     /// Covariance of the increment (dx, dy, dθ). Along a keyframe's pictures they add up to the keyframe's own
     /// motion's covariance, not to more: errors against one keyframe do not accumulate.
     pub increment_covariance: Matrix3<T>,
+    /// ∂increment/∂(height, tilt, roll, yaw) of the mount, whose error all steps share.
+    pub increment_by_mount: Matrix3x4<T>,
     /// Whether the increment comes from the pictures; else it is the prior: odometry, or the last velocity held.
     pub measured: bool,
     /// Whether the caller must keep this picture's features as those of the new keyframe.
@@ -70,9 +79,13 @@ impl<T: Real> Default for VisualOdometry<T> {
 impl<T: Real> VisualOdometry<T> {
     /// The state at the first picture, which is the first keyframe.
     pub fn new() -> Self {
-        let zero = T::zero();
-        let since_keyframe = Pose { x: zero, y: zero, heading: zero };
-        Self { since_keyframe, since_keyframe_covariance: Matrix3::zeros(), velocity: None }
+        Self {
+            since_keyframe: Pose::default(),
+            since_keyframe_covariance: Matrix3::zeros(),
+            since_keyframe_by_mount: Matrix3x4::zeros(),
+            wheels: (Pose::default(), Matrix2::zeros()),
+            velocity: None,
+        }
     }
 
     /// The motion over a picture whose features were matched with the keyframe's: `matches` run from the keyframe to
@@ -90,22 +103,33 @@ impl<T: Real> VisualOdometry<T> {
         odometry: Option<&MotionPrior<T>>,
         tracks: &mut [Track<T>],
     ) -> OdometryReport<T> {
-        let expected = odometry.copied().or_else(|| self.held_velocity(config, dt));
-        let prior = expected.map(|step| self.prior_since_keyframe(&step));
-        let motion = ground_motion(&config.motion, finder, matches, prior.as_ref(), tracks);
-        let (increment, increment_covariance) = match &motion {
-            Ok(motion) => self.follow(motion, dt),
-            Err(_) => self.coast(expected.as_ref(), dt),
+        let held = self.held_velocity(config, dt);
+        let prior = match odometry {
+            Some(step) => Some(self.wheels_since_keyframe(step)),
+            None => held.map(|step| self.prior_since_keyframe(&step)),
         };
+        let motion = ground_motion(&config.motion, finder, matches, prior.as_ref(), tracks);
+        let (increment, mut increment_covariance, increment_by_mount) = match &motion {
+            Ok(motion) => self.follow(motion, dt),
+            Err(_) => self.coast(odometry.or(held.as_ref()), dt),
+        };
+        let slip = config.slip * increment.position().norm();
+        increment_covariance.m22 += slip * slip;
         let path = self.since_keyframe.position().norm();
         let new_keyframe = motion.as_ref().map_or(true, |motion| motion.floor < config.keyframe_floor)
             || path > config.keyframe_path * finder.mount().height()
             || self.since_keyframe.heading.abs() > config.keyframe_turn;
         if new_keyframe {
-            self.since_keyframe = Pose::default();
-            self.since_keyframe_covariance = Matrix3::zeros();
+            *self = Self { velocity: self.velocity, ..Self::new() };
         }
-        OdometryReport { measured: motion.is_ok(), motion, increment, increment_covariance, new_keyframe }
+        OdometryReport {
+            measured: motion.is_ok(),
+            motion,
+            increment,
+            increment_covariance,
+            increment_by_mount,
+            new_keyframe,
+        }
     }
 
     fn held_velocity(&self, config: &OdometryConfig<T>, dt: T) -> Option<MotionPrior<T>> {
@@ -115,17 +139,22 @@ impl<T: Real> VisualOdometry<T> {
         Some(MotionPrior { arc: velocity * dt, covariance: covariance * (dt * dt) + change })
     }
 
+    /// The wheels' step since the last picture, added to theirs since the keyframe.
+    fn wheels_since_keyframe(&mut self, step: &MotionPrior<T>) -> MotionPrior<T> {
+        let (pose, covariance) = self.wheels;
+        self.wheels = (pose.compose(&arc_pose(step.arc)), covariance + step.covariance);
+        MotionPrior { arc: arc_to(&self.wheels.0), covariance: self.wheels.1 }
+    }
+
     /// The step expected since the last picture, carried on from the keyframe.
     fn prior_since_keyframe(&self, step: &MotionPrior<T>) -> MotionPrior<T> {
         let pose = self.since_keyframe.compose(&arc_pose(step.arc));
         let before = &self.since_keyframe_covariance;
         let known = Matrix2::new(before.m11, before.m13, before.m31, before.m33);
-        let path = pose.position().norm();
-        let forward = if pose.x < T::zero() { -path } else { path };
-        MotionPrior { arc: Vector2::new(forward, pose.heading), covariance: step.covariance + known }
+        MotionPrior { arc: arc_to(&pose), covariance: step.covariance + known }
     }
 
-    fn follow(&mut self, motion: &GroundMotion<T>, dt: T) -> (Pose<T>, Matrix3<T>) {
+    fn follow(&mut self, motion: &GroundMotion<T>, dt: T) -> (Pose<T>, Matrix3<T>, Matrix3x4<T>) {
         let increment = self.since_keyframe.inverse().compose(&motion.pose);
         // Σ_increment = R₀ᵀ (Σ_now − F Σ_before Fᵀ) R₀, with F how the earlier pose's error carries on.
         let moved = motion.pose.position() - self.since_keyframe.position();
@@ -140,13 +169,15 @@ impl<T: Real> VisualOdometry<T> {
             let spread = Matrix2::new(covariance.m11, covariance.m13, covariance.m31, covariance.m33);
             (arc / dt, spread / (dt * dt))
         });
+        let by_mount = turn.transpose() * (motion.by_mount - carry * self.since_keyframe_by_mount);
         self.since_keyframe = motion.pose;
         self.since_keyframe_covariance = motion.covariance;
-        (increment, covariance)
+        self.since_keyframe_by_mount = motion.by_mount;
+        (increment, covariance, by_mount)
     }
 
     /// No motion was measured: the prior's, and without one a step of unknown length.
-    fn coast(&mut self, expected: Option<&MotionPrior<T>>, dt: T) -> (Pose<T>, Matrix3<T>) {
+    fn coast(&mut self, expected: Option<&MotionPrior<T>>, dt: T) -> (Pose<T>, Matrix3<T>, Matrix3x4<T>) {
         let unknown = MotionPrior { arc: Vector2::zeros(), covariance: Matrix2::identity() };
         let step = expected.copied().unwrap_or(unknown);
         self.velocity = (dt > T::zero()).then(|| (step.arc / dt, step.covariance / (dt * dt)));
@@ -154,12 +185,18 @@ impl<T: Real> VisualOdometry<T> {
         let by_arc = super::planar::PlanarStep::new(step.arc.x, T::zero(), step.arc.y).pose_by_step();
         let by_arc = nalgebra::Matrix3x2::from_columns(&[by_arc.column(0), by_arc.column(2)]);
         self.since_keyframe = self.since_keyframe.compose(&pose);
-        (pose, by_arc * step.covariance * by_arc.transpose())
+        (pose, by_arc * step.covariance * by_arc.transpose(), Matrix3x4::zeros())
     }
 }
 
 fn arc_pose<T: Real>(arc: Vector2<T>) -> Pose<T> {
     super::planar::PlanarStep::new(arc.x, T::zero(), arc.y).pose()
+}
+
+/// Path and turn of an arc that ends there.
+fn arc_to<T: Real>(pose: &Pose<T>) -> Vector2<T> {
+    let path = pose.position().norm();
+    Vector2::new(if pose.x < T::zero() { -path } else { path }, pose.heading)
 }
 
 fn turned<T: Real>(pose: &Pose<T>) -> Matrix3<T> {

@@ -35,7 +35,7 @@ use crate::geometry::{Pose, RangeFinder};
 use crate::image::Grey;
 use crate::lines::{Corner, EdgePoint, Extraction, Extractor, MAX_CORNERS};
 use crate::slam::{Feature, Filter, Health, Increment, Landmark, Map, MapReport, Measurement, Outcome};
-use nalgebra::{Matrix2, Matrix3, Vector3};
+use nalgebra::{Matrix2, Matrix3, Matrix3x4, Vector3};
 
 /// The whole pipeline over memory of the kind `S`.
 ///
@@ -123,6 +123,20 @@ impl<S: Storage> Pipeline<S> {
     /// As [`odometry`](Self::odometry).
     pub fn motion(&mut self, time: f64, increment: &Increment<f32>) -> Result<()> {
         self.map.filter_mut().predict(time, increment)
+    }
+
+    /// As [`motion`](Self::motion), of a step that the camera itself measured: `by_mount` is its derivative with respect to
+    /// the mount's height, tilt, roll and yaw, whose errors are states of the filter and are shared by all such steps.
+    ///
+    /// # Errors
+    /// As [`odometry`](Self::odometry).
+    pub fn motion_seen(
+        &mut self,
+        time: f64,
+        increment: &Increment<f32>,
+        by_mount: &Matrix3x4<f32>,
+    ) -> Result<()> {
+        self.map.filter_mut().predict_seen(time, increment, by_mount)
     }
 
     /// Takes a whole picture, as of `time` in seconds.

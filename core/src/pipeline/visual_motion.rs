@@ -17,7 +17,7 @@ use crate::slam::Increment;
 use crate::{Error, Result};
 use alloc::vec;
 use alloc::vec::Vec;
-use nalgebra::{Matrix2, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix3x4, Vector2, Vector3};
 
 /// Settings of [`VisualMotion`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,6 +30,9 @@ pub struct VisualConfig {
     pub matching: MatchConfig,
     /// Standard deviation of a keypoint, px.
     pub keypoint_std_px: f32,
+    /// Factor of a step's covariance: keypoints of one surface err together, which their residuals do not show. In
+    /// simulated corridors the squared errors of the turn were 2.3 to 3.7 times what the residuals promise.
+    pub covariance_factor: f32,
     /// Whether the free homography is estimated even where the floor's is found.
     pub free: bool,
 }
@@ -46,6 +49,7 @@ impl Default for VisualConfig {
             features: FeatureKind::Sift(SiftConfig::default()),
             matching: MatchConfig::default(),
             keypoint_std_px: 0.3,
+            covariance_factor: 3.0,
             free: false,
         }
     }
@@ -56,6 +60,8 @@ impl Default for VisualConfig {
 pub struct VisualStep {
     /// From the robot at the last picture to the robot at this one.
     pub increment: Increment<f32>,
+    /// ∂increment/∂(height, tilt, roll, yaw) of the mount.
+    pub by_mount: Matrix3x4<f32>,
     /// Whether the pictures gave it; else the last velocity was held.
     pub measured: bool,
     /// Matches with the keyframe.
@@ -165,8 +171,11 @@ impl VisualMotion {
         self.last_time = time;
         let step = report.increment;
         let delta = Vector3::new(step.x, step.y, step.heading);
+        let factor = if report.measured { self.config.covariance_factor } else { 1.0 };
+        let covariance = report.increment_covariance * factor;
         Ok(Some(VisualStep {
-            increment: Increment { delta, covariance: report.increment_covariance },
+            increment: Increment { delta, covariance },
+            by_mount: report.increment_by_mount,
             measured: report.measured,
             matches: matches.len(),
             motion: report.motion,

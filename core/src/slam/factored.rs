@@ -17,7 +17,7 @@
 use super::model::Row;
 use super::triangle::{Triangle, TriangleRef};
 use crate::Real;
-use nalgebra::{Matrix2, Matrix3, Vector2};
+use nalgebra::{Matrix2, Matrix3, Matrix3x4, Vector2};
 
 /// P → U, D in place.
 pub(super) fn factorise<T: Real>(p: &mut Triangle<'_, T>) {
@@ -66,6 +66,20 @@ pub(super) fn predict<T: Real>(u: &mut Triangle<'_, T>, shift: [T; 2], noise: &M
     let size = core::mem::replace(&mut u.size, 3);
     factorise(u);
     u.size = size;
+}
+
+/// P ← F P Fᵀ on the factors, as [`packed::predict_mount`](super::packed::predict_mount): rows F U.
+pub(super) fn predict_mount<T: Real>(u: &mut Triangle<'_, T>, mount: usize, by_mount: &Matrix3x4<T>) {
+    for i in 0..3 {
+        for column in mount..u.size {
+            let mut gained = T::zero();
+            for j in 0..4.min(column - mount + 1) {
+                let unit = if mount + j == column { T::one() } else { u.at(mount + j, column) };
+                gained += by_mount[(i, j)] * unit;
+            }
+            u.set(i, column, u.at(i, column) + gained);
+        }
+    }
 }
 
 /// f = Uᵀ hᵀ of one row of H.

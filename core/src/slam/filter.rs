@@ -10,7 +10,7 @@ use crate::association::Gate;
 use crate::geometry::{Mount, Pose, RangeFinder, wrap_angle};
 use crate::{Error, Real, Result};
 use core::marker::PhantomData;
-use nalgebra::{Matrix2, Matrix3, Matrix4, Vector2, Vector4};
+use nalgebra::{Matrix2, Matrix3, Matrix3x4, Matrix4, Vector2, Vector4};
 
 /// Which extended Kalman filter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -377,6 +377,35 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         }
         self.first_pose = [x, y, heading];
         self.time = time;
+        Ok(())
+    }
+
+    /// As [`predict`](Self::predict), of a step that the camera measured: `by_mount` is its derivative with respect to the
+    /// mount's height, tilt, roll and yaw. Where their errors are states, the robot's rows get their share of them;
+    /// elsewhere this is [`predict`](Self::predict).
+    ///
+    /// # Errors
+    /// As [`predict`](Self::predict).
+    pub fn predict_seen(
+        &mut self,
+        time: f64,
+        increment: &Increment<T>,
+        by_mount: &Matrix3x4<T>,
+    ) -> Result<()> {
+        if !by_mount.iter().all(|value| value.is_finite()) {
+            let expected = "finite";
+            return Err(Error::OutOfRange { name: "by_mount", value: f64::NAN, expected });
+        }
+        let turn = self.pose().rotation().to_homogeneous();
+        self.predict(time, increment)?;
+        if self.config.mount_std.is_some() {
+            let (form, by_mount) = (self.config.covariance, turn * by_mount);
+            let mut p = self.parts().p;
+            match form {
+                Covariance::Packed => packed::predict_mount(&mut p, ROBOT, &by_mount),
+                Covariance::Factored => factored::predict_mount(&mut p, ROBOT, &by_mount),
+            }
+        }
         Ok(())
     }
 

@@ -13,7 +13,7 @@
 use super::model::Row;
 use super::triangle::{Triangle, TriangleRef};
 use crate::Real;
-use nalgebra::{Matrix2, Matrix3};
+use nalgebra::{Matrix2, Matrix3, Matrix3x4, Matrix4};
 
 /// P ← F P Fᵀ + Q, F = I + (shift) e_θᵀ: the prediction (12), of the robot's rows alone.
 pub(super) fn predict<T: Real>(p: &mut Triangle<'_, T>, shift: [T; 2], noise: &Matrix3<T>) {
@@ -30,6 +30,24 @@ pub(super) fn predict<T: Real>(p: &mut Triangle<'_, T>, shift: [T; 2], noise: &M
     p.set(0, 2, p02 + shift[0] * p22 + noise.m13);
     p.set(1, 2, p12 + shift[1] * p22 + noise.m23);
     p.set(2, 2, p22 + noise.m33);
+}
+
+/// P ← F P Fᵀ, F = I + G in the robot's rows and the columns of the mount, which begin at `mount`.
+pub(super) fn predict_mount<T: Real>(p: &mut Triangle<'_, T>, mount: usize, by_mount: &Matrix3x4<T>) {
+    let at = |p: &Triangle<'_, T>, i: usize, j: usize| p.at(i.min(j), i.max(j));
+    let shared = Matrix3x4::from_fn(|i, j| p.at(i, mount + j));
+    let own = Matrix4::from_fn(|i, j| at(p, mount + i, mount + j));
+    let crossed = by_mount * shared.transpose();
+    let gained = crossed + crossed.transpose() + by_mount * own * by_mount.transpose();
+    for i in 0..3 {
+        for j in i..3 {
+            p.set(i, j, p.at(i, j) + gained[(i, j)]);
+        }
+        for column in mount..p.size {
+            let gained = (0..4).fold(T::zero(), |sum, j| sum + by_mount[(i, j)] * at(p, mount + j, column));
+            p.set(i, column, p.at(i, column) + gained);
+        }
+    }
 }
 
 /// The two columns of P Hᵀ.
