@@ -123,9 +123,8 @@ impl<E: Engine> Device<E> {
     /// Takes bytes of the line, does what they say and answers to `port`.
     pub fn receive(&mut self, bytes: &[u8], board: &impl Board, port: &mut impl Write) -> Wish {
         self.dispatch.meter.start(board);
-        let mut wish = Wish::GoOn;
-        for byte in bytes {
-            let Some(result) = self.deframer.push(*byte) else { continue };
+        let (mut wish, mut left) = (Wish::GoOn, bytes);
+        while let Some(result) = self.deframer.take(&mut left) {
             match result {
                 Ok(frame) if self.dispatch.frame(&frame, board, port) == Wish::Restart => {
                     wish = Wish::Restart
@@ -337,7 +336,6 @@ impl<E: Engine> Dispatch<E> {
 
     fn introduce<B: Board>(&mut self, port: &mut impl Write) {
         let limits = E::LIMITS;
-        let state_bytes = self.engine.staging().len();
         let info = Info {
             nonce: self.nonce,
             firmware: FIRMWARE,
@@ -349,7 +347,7 @@ impl<E: Engine> Dispatch<E> {
             max_landmarks: limits.landmarks,
             max_corners: limits.corners,
             window: u16::try_from(WINDOW).unwrap_or(u16::MAX),
-            state_bytes: u32::try_from(state_bytes).unwrap_or(u32::MAX),
+            state_bytes: limits.state_bytes,
         };
         self.link.send(&DeviceMessage::Info(info), port);
     }

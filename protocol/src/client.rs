@@ -222,11 +222,11 @@ impl<S: Read + Write> Client<S> {
                 _ => return Err(error),
             },
         };
-        for byte in bytes.iter().take(count) {
-            match self.deframer.push(*byte) {
-                None => {}
-                Some(Err(damage)) => self.counts.damage(damage),
-                Some(Ok(frame)) => {
+        let mut left = bytes.get(..count).unwrap_or_default();
+        while let Some(result) = self.deframer.take(&mut left) {
+            match result {
+                Err(damage) => self.counts.damage(damage),
+                Ok(frame) => {
                     let new = self.counts.arrived(self.last_heard, frame.sequence);
                     self.last_heard = Some(frame.sequence);
                     self.heard_at = Instant::now();

@@ -34,6 +34,7 @@
 mod config;
 mod corner;
 mod edge;
+mod edge_search;
 mod extraction;
 mod extractor;
 mod fit;

@@ -38,16 +38,15 @@ fn main() -> ! {
     let device = device(DEVICE, ARRAYS);
     device.greet(last_run.count(), last_run.cause(), &board, &mut port);
 
-    let mut bytes = [0; 64];
+    let mut bytes = [0; 256];
     loop {
+        uart::sleep_until_frame();
         board.feed_watchdog();
-        let count = uart::RING.read(&mut bytes);
-        if count == 0 {
-            uart::sleep_until_bytes();
-            board.tick();
-        } else if device.receive(&bytes[..count], &board, &mut port) == Wish::Restart {
-            let _ = port.flush();
-            cortex_m::peripheral::SCB::sys_reset();
+        while let count @ 1.. = uart::RING.read(&mut bytes) {
+            if device.receive(&bytes[..count], &board, &mut port) == Wish::Restart {
+                let _ = port.flush();
+                cortex_m::peripheral::SCB::sys_reset();
+            }
         }
     }
 }

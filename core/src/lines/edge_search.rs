@@ -1,0 +1,198 @@
+#![allow(clippy::indexing_slicing, reason = "kernel: a bit's number is masked to its window")]
+use super::edge::{EdgeList, EdgePoint, Profile, maximum, steps_from_direction};
+use crate::image::{GRADIENT_ZERO, MARGIN, OpeningRows, close_row, mask_bit, open_row, threshold_row};
+
+/// What an edge can be, by the direction of its gradient.
+pub(super) const VERTICAL: u8 = 1;
+pub(super) const FLOOR: u8 = 2;
+
+/// Three rows of (G_u, G_v), as they are stored; value 0 belongs to column [`MARGIN`].
+type Rows<'a> = [(&'a [u16], &'a [u16]); 3];
+
+/// The search for the edge points of a row, the maxima of the gradient across edges.
+///
+/// Steep edges (|G_u| ≥ |G_v|) have their maxima along the row, the others along the column. What is below the threshold or
+/// not opened by a run along the edge's dominant axis is no edge; for steep ones that is known only `run` rows later.
+pub(super) struct EdgeSearch<'a> {
+    /// [`VERTICAL`], [`FLOOR`] or nothing for every direction.
+    pub(super) kinds: &'a [u8; 256],
+    /// As stored, without the offset.
+    pub(super) threshold: u16,
+    /// Pixels in a row of the opening.
+    pub(super) run: usize,
+    /// First row of the region of interest of the floor's edges.
+    pub(super) floor_top: usize,
+}
+
+impl EdgeSearch<'_> {
+    /// Adds the edge points of row `centre` and settles those of the row `run` above; `rows` are the gradients around it, or
+    /// `None` below the picture.
+    pub(super) fn row(
+        &self,
+        centre: usize,
+        rows: Option<Rows<'_>>,
+        (opening, mask): (&mut OpeningRows<'_>, &mut [u32]),
+        points: &mut [EdgePoint],
+        edges: &mut EdgeList,
+    ) {
+        let opened = opening.push(centre, |strong| match &rows {
+            Some([_, (gradient_u, _), _]) => threshold_row(gradient_u, self.threshold, strong),
+            None => strong.fill(0),
+        });
+        if let Some(row) = centre.checked_sub(self.run) {
+            edges.confirm(points, row, |column| mask_bit(opened, column - MARGIN));
+        }
+        let Some(rows) = rows else { return };
+        let in_region = centre >= self.floor_top;
+        let wanted = if in_region { VERTICAL | FLOOR } else { VERTICAL };
+        let mut take = |index: usize, profile: Profile| {
+            let [_, gradient, _] = profile;
+            let place = (index + MARGIN, centre);
+            if !edges.wants(place, gradient) {
+                return;
+            }
+            let direction = steps_from_direction(gradient.0 as f32, gradient.1 as f32);
+            let of_kind = self.kinds.get(usize::from(direction)).is_some_and(|kinds| kinds & wanted != 0);
+            if of_kind && let Some(maximum) = maximum(profile) {
+                edges.push(points, place, gradient, direction, maximum);
+            }
+        };
+        let [_, at, _] = rows;
+        let [first, second] = &mut [[0; 34]; 2];
+        for (word, bits) in opening.newest(centre).iter().enumerate().filter(|(_, bits)| **bits != 0) {
+            let along = window(at.0, 32 * word, 1, first);
+            let across = window(at.1, 32 * word, 1, second);
+            for_each_bit(*bits, |bit| {
+                if let Some(profile) = steep_maximum(along, across, bit) {
+                    take(32 * word + bit, profile);
+                }
+            });
+        }
+        if !in_region {
+            return;
+        }
+        threshold_row(at.1, self.threshold, mask);
+        close_row(mask);
+        open_row(mask, self.run);
+        let [[a, b, c], [d, e, f]] = &mut [[[0; 32]; 3]; 2];
+        for (word, bits) in mask.iter().enumerate().filter(|(_, bits)| **bits != 0) {
+            let [above, at, below] = rows;
+            let along = [(above.1, &mut *a), (at.1, &mut *b), (below.1, &mut *c)].map(|(row, spare)| &*window(row, 32 * word, 0, spare));
+            let across = [(above.0, &mut *d), (at.0, &mut *e), (below.0, &mut *f)].map(|(row, spare)| &*window(row, 32 * word, 0, spare));
+            for_each_bit(*bits, |bit| {
+                // Closing adds weak pixels.
+                if let Some(profile) = flat_maximum(&along, &across, bit)
+                    && profile[1].1.unsigned_abs() >= u32::from(self.threshold)
+                {
+                    take(32 * word + bit, profile);
+                }
+            });
+        }
+    }
+}
+
+/// Calls `visit` with the numbers of the bits that are set.
+fn for_each_bit(bits: u32, mut visit: impl FnMut(usize)) {
+    let mut left = bits;
+    while left != 0 {
+        visit(left.trailing_zeros() as usize);
+        left &= left - 1;
+    }
+}
+
+/// Values of a row from `start` − `before` on; in `spare`, with more than any gradient beyond the row's ends, where those are in
+/// the way.
+fn window<'a, const N: usize>(row: &'a [u16], start: usize, before: usize, spare: &'a mut [u16; N]) -> &'a [u16; N] {
+    let first = start.checked_sub(before);
+    if let Some(window) = first.and_then(|first| row.get(first..)?.first_chunk()) {
+        return window;
+    }
+    for (place, value) in spare.iter_mut().enumerate() {
+        let column = (start + place).checked_sub(before);
+        *value = column.and_then(|column| row.get(column).copied()).unwrap_or(u16::MAX);
+    }
+    spare
+}
+
+fn signed(gradient: u16) -> i32 {
+    i32::from(gradient) - i32::from(GRADIENT_ZERO)
+}
+
+/// The gradients at a bit and its neighbours in the row, if |G_u| has a maximum there and is not below |G_v|; value 0 of the
+/// windows comes before bit 0. The first of equals is the maximum.
+#[inline]
+fn steep_maximum(u: &[u16; 34], v: &[u16; 34], bit: usize) -> Option<Profile> {
+    let [before, at, after] = [0, 1, 2].map(|k| signed(u[(bit & 31) + k]));
+    let across = signed(v[(bit & 31) + 1]);
+    if at.abs() < across.abs() || at.abs() <= before.abs() || at.abs() < after.abs() {
+        return None;
+    }
+    let [v_before, v_after] = [0, 2].map(|k| signed(v[(bit & 31) + k]));
+    Some([(before, v_before), (at, across), (after, v_after)])
+}
+
+/// The gradients at a bit in three rows, if |G_v| has a maximum there and is above |G_u|: the diagonal belongs to the steep
+/// edges.
+#[inline]
+fn flat_maximum(v: &[&[u16; 32]; 3], u: &[&[u16; 32]; 3], bit: usize) -> Option<Profile> {
+    let [above, at, below] = [0, 1, 2].map(|row| signed(v[row][bit & 31]));
+    let across = signed(u[1][bit & 31]);
+    if at.abs() <= across.abs() || at.abs() <= above.abs() || at.abs() < below.abs() {
+        return None;
+    }
+    let [u_above, u_below] = [0, 2].map(|row: usize| signed(u[row][bit & 31]));
+    Some([(u_above, above), (across, at), (u_below, below)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::{vec, vec::Vec};
+
+    fn stored(row: &[i16]) -> Vec<u16> {
+        row.iter().map(|g| GRADIENT_ZERO.wrapping_add_signed(*g)).collect()
+    }
+
+    #[test]
+    fn steep_maxima_have_two_smaller_neighbours_and_the_first_of_equals_counts() {
+        let row = stored(&[9, 1, 5, -7, 2, 8, 8, 3, 9]);
+        let mut spare = [[0; 34]; 2];
+        let [first, second] = &mut spare;
+        let along = window(&row, 0, 1, first);
+        for (other, expected) in [(0, vec![3, 5]), (8, vec![5]), (9, vec![])] {
+            let row = stored(&[other; 9]);
+            let across = window(&row, 0, 1, second);
+            let found: Vec<_> = (0..9).filter(|bit| steep_maximum(along, across, *bit).is_some()).collect();
+            assert_eq!(found, expected);
+        }
+    }
+
+    #[test]
+    fn flat_maxima_are_larger_than_above_not_smaller_than_below_and_off_the_diagonal() {
+        let along = [[5, 9, 9, 0, 8, 8], [9, 9, -9, 9, 9, 7], [9, 0, 0, -10, 0, 0]];
+        let across = [[0, 0, 0, 0, 9, 6]; 3];
+        let padded = |rows: [[i16; 6]; 3]| {
+            rows.map(|row| {
+                let mut spare = [0; 32];
+                *window(&stored(&row), 0, 0, &mut spare)
+            })
+        };
+        let (along, across) = (padded(along), padded(across));
+        let (along, across) = (along.each_ref(), across.each_ref());
+        let found: Vec<_> = (0..6).filter(|bit| flat_maximum(&along, &across, *bit).is_some()).collect();
+        assert_eq!(found, [0]);
+        assert_eq!(flat_maximum(&along, &across, 0), Some([(0, 5), (0, 9), (0, 9)]));
+    }
+
+    #[test]
+    fn windows_reach_beyond_both_ends_of_a_row() {
+        let row: Vec<u16> = (0..40).collect();
+        let spare = &mut [0; 34];
+        let first = *window(&row, 0, 1, spare);
+        assert_eq!((first[0], first[1], first[33]), (u16::MAX, 0, 32));
+        assert_eq!(window(&row, 3, 1, spare)[..], row[2..36]);
+        let second = *window(&row, 32, 1, spare);
+        assert_eq!((second[0], second[8], second[9]), (31, 39, u16::MAX));
+        assert_eq!(*window(&row, 64, 0, spare), [u16::MAX; 34]);
+    }
+}
