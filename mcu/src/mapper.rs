@@ -10,10 +10,11 @@
 //! A region of interest smaller than the picture is continued by its border rows and columns, where there are no edges
 //! then, so that the extractor sees the camera that it was configured for.
 use crate::{
-    Engine,
+    Device, Engine,
     engine::{Estimate, Limits},
     meter::Stage,
 };
+use core::mem::MaybeUninit;
 use monorange_core::{
     Error,
     lines::{self, EdgePoint, mask_words, point_count, row_words},
@@ -82,6 +83,15 @@ pub struct Mapper {
     rows: usize,
     /// A row of a region of interest, made as wide as the picture.
     line: [u8; WIDTH],
+}
+
+impl Device<Mapper> {
+    /// A device that was just started, in memory for good. Not inlined, so that its way through the stack ends before the main
+    /// loop begins.
+    #[inline(never)]
+    pub fn in_place(place: &'static mut MaybeUninit<Self>, arrays: &'static mut Arrays) -> &'static mut Self {
+        place.write(Self::new(Mapper::new(arrays)))
+    }
 }
 
 impl Mapper {

@@ -39,10 +39,13 @@ impl<const N: usize> Ring<N> {
     pub fn fill(&self, mut next: impl FnMut() -> Option<u8>) {
         let mut written = self.written.load(Ordering::Relaxed);
         let read = self.read.load(Ordering::Acquire);
+        let end = read.wrapping_add(N);
         let (mut lost, mut ended) = (0, false);
         while let Some(byte) = next() {
-            ended |= byte == 0;
-            if written.wrapping_sub(read) >= N {
+            if byte == 0 {
+                ended = true;
+            }
+            if written == end {
                 lost += 1;
             } else if let Some(place) = self.bytes.get(written % N) {
                 place.store(byte, Ordering::Relaxed);

@@ -1,5 +1,5 @@
 //! `cargo xtask test`: what CI runs.
-use crate::{setup, shell, web};
+use crate::{firmware, setup, shell, web};
 use anyhow::Result;
 use std::time::Instant;
 
@@ -7,7 +7,8 @@ pub(crate) fn run() -> Result<()> {
     stage("format and lints", lints)?;
     stage("tests", tests)?;
     stage("core on bare targets", bare_targets)?;
-    stage("the page", web::test)
+    stage("the page", web::test)?;
+    stage("co-processor in QEMU", firmware::short_test)
 }
 
 fn stage(name: &str, checks: fn() -> Result<()>) -> Result<()> {

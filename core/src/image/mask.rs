@@ -49,17 +49,12 @@ pub fn threshold_row(gradient: &[u16], threshold: u16, mask: &mut [u32]) {
 #[inline(always)]
 fn strong_bits(chunk: &[u16; 32], [above, below]: [u32; 2]) -> u32 {
     let (pairs, _) = chunk.as_chunks::<2>();
-    let mut flags = [0; 16];
-    for (flags, pair) in flags.iter_mut().zip(pairs) {
+    // Pair k's two bits go to k and 16 + k; then the halves are interleaved (H. S. Warren, "Hacker's Delight", 7-2).
+    let mut bits = 0;
+    for (k, pair) in pairs.iter().enumerate() {
         let g = join(*pair);
-        *flags = (g + above | below - g) & const { both(1 << 15) };
+        bits |= ((g + above | below - g) & const { both(1 << 15) }) >> (15 - k);
     }
-    // Pair k's two bits to k and 16 + k, half of the words into the other half at a time; then the two halves of the result are
-    // interleaved (H. S. Warren, "Hacker's Delight", 7-2).
-    let eight: [u32; 8] = core::array::from_fn(|k| flags[k] >> 8 | flags[k + 8]);
-    let four: [u32; 4] = core::array::from_fn(|k| eight[k] >> 4 | eight[k + 4]);
-    let [a, b, c, d] = four;
-    let mut bits = (a >> 2 | c) >> 1 | (b >> 2 | d);
     for (shift, middle) in [(8, 0x0000_ff00), (4, 0x00f0_00f0), (2, 0x0c0c_0c0c), (1, 0x2222_2222)] {
         let moved = (bits ^ bits >> shift) & middle;
         bits ^= moved ^ moved << shift;

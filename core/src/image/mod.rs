@@ -37,9 +37,7 @@ pub use gradient::{
     GRADIENT_SCALE, GRADIENT_ZERO, NOISE_GAIN, column_sums, correlation_length, gradient_row,
 };
 pub use grey::Grey;
-pub use mask::{
-    close_column, close_row, intersect, mask_bit, mask_len, open_row, threshold_row, unite,
-};
+pub use mask::{close_column, close_row, intersect, mask_bit, mask_len, open_row, threshold_row, unite};
 pub use noise::NoiseLevel;
 pub use rows::{GradientRows, LINE_BUFFERS, MARGIN, MAX_OPENING, OpeningRows};
 pub use smooth::{smooth_column, smooth_row};

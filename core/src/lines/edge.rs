@@ -77,6 +77,7 @@ pub(super) fn steps_from_direction(x: f32, y: f32) -> u8 {
 }
 
 /// Cosines of the directions of the first quarter of a turn, made when the program is built: the same bits on every target.
+#[allow(clippy::indexing_slicing, reason = "a place out of bounds would not build")]
 static COSINES: [f32; 65] = {
     let mut cosines = [0.0; 65];
     let mut step = 0;
@@ -234,11 +235,7 @@ impl EdgeList {
     }
 
     /// Moves every point to where an ideal camera would see it; drops those outside the lens model. No point waits any more.
-    pub(super) fn undistort(
-        &mut self,
-        points: &mut [EdgePoint],
-        lens: &LensGrid<'_>,
-    ) {
+    pub(super) fn undistort(&mut self, points: &mut [EdgePoint], lens: &LensGrid<'_>) {
         self.close_gap(points);
         self.retain(points, |_, point| {
             let normal = unit(point.direction);

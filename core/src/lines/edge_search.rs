@@ -1,6 +1,7 @@
 #![allow(clippy::indexing_slicing, reason = "kernel: a bit's number is masked to its window")]
 use super::edge::{EdgeList, EdgePoint, Profile, maximum, steps_from_direction};
 use crate::image::{GRADIENT_ZERO, MARGIN, OpeningRows, close_row, mask_bit, open_row, threshold_row};
+use core::ops::Range;
 
 /// What an edge can be, by the direction of its gradient.
 pub(super) const VERTICAL: u8 = 1;
@@ -62,10 +63,12 @@ impl EdgeSearch<'_> {
         for (word, bits) in opening.newest(centre).iter().enumerate().filter(|(_, bits)| **bits != 0) {
             let along = window(at.0, 32 * word, 1, first);
             let across = window(at.1, 32 * word, 1, second);
-            for_each_bit(*bits, |bit| {
-                if let Some(profile) = steep_maximum(along, across, bit) {
-                    take(32 * word + bit, profile);
-                }
+            for_each_run(*bits, |run| {
+                steep_maxima(along, run, |bit| {
+                    if let Some(profile) = steep_profile(along, across, bit) {
+                        take(32 * word + bit, profile);
+                    }
+                });
             });
         }
         if !in_region {
@@ -77,32 +80,43 @@ impl EdgeSearch<'_> {
         let [[a, b, c], [d, e, f]] = &mut [[[0; 32]; 3]; 2];
         for (word, bits) in mask.iter().enumerate().filter(|(_, bits)| **bits != 0) {
             let [above, at, below] = rows;
-            let along = [(above.1, &mut *a), (at.1, &mut *b), (below.1, &mut *c)].map(|(row, spare)| &*window(row, 32 * word, 0, spare));
-            let across = [(above.0, &mut *d), (at.0, &mut *e), (below.0, &mut *f)].map(|(row, spare)| &*window(row, 32 * word, 0, spare));
-            for_each_bit(*bits, |bit| {
-                // Closing adds weak pixels.
-                if let Some(profile) = flat_maximum(&along, &across, bit)
-                    && profile[1].1.unsigned_abs() >= u32::from(self.threshold)
-                {
-                    take(32 * word + bit, profile);
-                }
+            let along = [(above.1, &mut *a), (at.1, &mut *b), (below.1, &mut *c)]
+                .map(|(row, spare)| window(row, 32 * word, 0, spare));
+            let across = [(above.0, &mut *d), (at.0, &mut *e), (below.0, &mut *f)]
+                .map(|(row, spare)| window(row, 32 * word, 0, spare));
+            for_each_run(*bits, |run| {
+                flat_maxima(&along, run, |bit| {
+                    // Closing adds weak pixels.
+                    if let Some(profile) = flat_profile(&along, &across, bit)
+                        && profile[1].1.unsigned_abs() >= u32::from(self.threshold)
+                    {
+                        take(32 * word + bit, profile);
+                    }
+                });
             });
         }
     }
 }
 
-/// Calls `visit` with the numbers of the bits that are set.
-fn for_each_bit(bits: u32, mut visit: impl FnMut(usize)) {
+/// Calls `visit` with the runs of bits that are set.
+fn for_each_run(bits: u32, mut visit: impl FnMut(Range<usize>)) {
     let mut left = bits;
     while left != 0 {
-        visit(left.trailing_zeros() as usize);
-        left &= left - 1;
+        let start = left.trailing_zeros();
+        let end = start + (left >> start).trailing_ones();
+        visit(start as usize..end as usize);
+        left &= u32::MAX.checked_shl(end).unwrap_or(0);
     }
 }
 
 /// Values of a row from `start` − `before` on; in `spare`, with more than any gradient beyond the row's ends, where those are in
 /// the way.
-fn window<'a, const N: usize>(row: &'a [u16], start: usize, before: usize, spare: &'a mut [u16; N]) -> &'a [u16; N] {
+fn window<'a, const N: usize>(
+    row: &'a [u16],
+    start: usize,
+    before: usize,
+    spare: &'a mut [u16; N],
+) -> &'a [u16; N] {
     let first = start.checked_sub(before);
     if let Some(window) = first.and_then(|first| row.get(first..)?.first_chunk()) {
         return window;
@@ -118,30 +132,52 @@ fn signed(gradient: u16) -> i32 {
     i32::from(gradient) - i32::from(GRADIENT_ZERO)
 }
 
-/// The gradients at a bit and its neighbours in the row, if |G_u| has a maximum there and is not below |G_v|; value 0 of the
-/// windows comes before bit 0. The first of equals is the maximum.
-#[inline]
-fn steep_maximum(u: &[u16; 34], v: &[u16; 34], bit: usize) -> Option<Profile> {
-    let [before, at, after] = [0, 1, 2].map(|k| signed(u[(bit & 31) + k]));
-    let across = signed(v[(bit & 31) + 1]);
-    if at.abs() < across.abs() || at.abs() <= before.abs() || at.abs() < after.abs() {
-        return None;
-    }
-    let [v_before, v_after] = [0, 2].map(|k| signed(v[(bit & 31) + k]));
-    Some([(before, v_before), (at, across), (after, v_after)])
+/// |G|, from a gradient as it is stored.
+fn size(gradient: u16) -> u32 {
+    signed(gradient).unsigned_abs()
 }
 
-/// The gradients at a bit in three rows, if |G_v| has a maximum there and is above |G_u|: the diagonal belongs to the steep
-/// edges.
+/// Calls `visit` with the bits of a run at which |G_u| has a maximum along the row, the first of equals; value 0 of the window
+/// comes before bit 0.
 #[inline]
-fn flat_maximum(v: &[&[u16; 32]; 3], u: &[&[u16; 32]; 3], bit: usize) -> Option<Profile> {
-    let [above, at, below] = [0, 1, 2].map(|row| signed(v[row][bit & 31]));
-    let across = signed(u[1][bit & 31]);
-    if at.abs() <= across.abs() || at.abs() <= above.abs() || at.abs() < below.abs() {
-        return None;
+fn steep_maxima(u: &[u16; 34], run: Range<usize>, mut visit: impl FnMut(usize)) {
+    let first = run.start & 31;
+    let (mut before, mut at) = (size(u[first]), size(u[first + 1]));
+    for (bit, after) in run.zip(u.iter().skip(first + 2)) {
+        let after = size(*after);
+        if at > before && at >= after {
+            visit(bit);
+        }
+        (before, at) = (at, after);
     }
-    let [u_above, u_below] = [0, 2].map(|row: usize| signed(u[row][bit & 31]));
-    Some([(u_above, above), (across, at), (u_below, below)])
+}
+
+/// Calls `visit` with the bits of a run at which |G_v| has a maximum along the column, the first of equals.
+#[inline]
+fn flat_maxima(v: &[&[u16; 32]; 3], run: Range<usize>, mut visit: impl FnMut(usize)) {
+    let [above, at, below] = v.map(|row| row.iter().skip(run.start));
+    for (bit, ((above, at), below)) in run.zip(above.zip(at).zip(below)) {
+        let at = size(*at);
+        if at > size(*above) && at >= size(*below) {
+            visit(bit);
+        }
+    }
+}
+
+/// The gradients at a bit and its neighbours in the row, if |G_u| is not below |G_v| there.
+#[inline]
+fn steep_profile(u: &[u16; 34], v: &[u16; 34], bit: usize) -> Option<Profile> {
+    let at = |k: usize| (signed(u[(bit & 31) + k]), signed(v[(bit & 31) + k]));
+    let (along, across) = at(1);
+    (along.abs() >= across.abs()).then(|| [at(0), at(1), at(2)])
+}
+
+/// The gradients at a bit in three rows, if |G_v| is above |G_u| there: the diagonal belongs to the steep edges.
+#[inline]
+fn flat_profile(v: &[&[u16; 32]; 3], u: &[&[u16; 32]; 3], bit: usize) -> Option<Profile> {
+    let at = |row: usize| (signed(u[row][bit & 31]), signed(v[row][bit & 31]));
+    let (across, along) = at(1);
+    (along.abs() > across.abs()).then(|| [at(0), at(1), at(2)])
 }
 
 #[cfg(test)]
@@ -154,15 +190,27 @@ mod tests {
     }
 
     #[test]
+    fn runs_are_found_also_at_both_ends() {
+        let runs = |bits| {
+            let mut found = vec![];
+            for_each_run(bits, |run| found.push(run));
+            found
+        };
+        assert_eq!(runs(0), []);
+        assert_eq!(runs(u32::MAX), [0..32]);
+        assert_eq!(runs(0b1000_0000_0000_0000_0000_0000_0110_1101), [0..1, 2..4, 5..7, 31..32]);
+    }
+
+    #[test]
     fn steep_maxima_have_two_smaller_neighbours_and_the_first_of_equals_counts() {
         let row = stored(&[9, 1, 5, -7, 2, 8, 8, 3, 9]);
-        let mut spare = [[0; 34]; 2];
-        let [first, second] = &mut spare;
+        let [first, second] = &mut [[0; 34]; 2];
         let along = window(&row, 0, 1, first);
         for (other, expected) in [(0, vec![3, 5]), (8, vec![5]), (9, vec![])] {
             let row = stored(&[other; 9]);
             let across = window(&row, 0, 1, second);
-            let found: Vec<_> = (0..9).filter(|bit| steep_maximum(along, across, *bit).is_some()).collect();
+            let mut found = vec![];
+            steep_maxima(along, 0..9, |bit| found.extend(steep_profile(along, across, bit).map(|_| bit)));
             assert_eq!(found, expected);
         }
     }
@@ -179,9 +227,10 @@ mod tests {
         };
         let (along, across) = (padded(along), padded(across));
         let (along, across) = (along.each_ref(), across.each_ref());
-        let found: Vec<_> = (0..6).filter(|bit| flat_maximum(&along, &across, *bit).is_some()).collect();
+        let mut found = vec![];
+        flat_maxima(&along, 0..6, |bit| found.extend(flat_profile(&along, &across, bit).map(|_| bit)));
         assert_eq!(found, [0]);
-        assert_eq!(flat_maximum(&along, &across, 0), Some([(0, 5), (0, 9), (0, 9)]));
+        assert_eq!(flat_profile(&along, &across, 0), Some([(0, 5), (0, 9), (0, 9)]));
     }
 
     #[test]

@@ -36,7 +36,8 @@ impl<'a> LensGrid<'a> {
         for (row, nodes) in nodes.chunks_exact_mut(COLUMNS).enumerate() {
             for (column, node) in nodes.iter_mut().enumerate() {
                 let pixel = pitch.component_mul(&Vector2::new(column as f32 - 1.0, row as f32 - 1.0));
-                let shift = camera.ray_from_pixel(pixel).map_or(lost, |ray| camera.ideal_from_ray(ray) - pixel);
+                let shift =
+                    camera.ray_from_pixel(pixel).map_or(lost, |ray| camera.ideal_from_ray(ray) - pixel);
                 *node = [shift.x.to_bits(), shift.y.to_bits()];
             }
         }

@@ -105,7 +105,8 @@ impl Search<'_> {
         let mut count = 0;
         for (number, gate) in GATES_PX.into_iter().enumerate() {
             let direction = line.direction();
-            let (width, level) = (if number == 0 { gate + cell } else { gate }, line.normal.dot(&line.centroid));
+            let (width, level) =
+                (if number == 0 { gate + cell } else { gate }, line.normal.dot(&line.centroid));
             let near = |point: &EdgePoint| {
                 let turned = (point.direction.wrapping_sub(direction) as i8).unsigned_abs();
                 turned <= tolerance && (line.normal.dot(&point.position) - level).abs() <= width
@@ -170,7 +171,12 @@ impl Search<'_> {
 const REFUSED: u8 = 253;
 
 /// Keeps the indices of the points to keep among the first `length`, in order; returns how many those are.
-fn keep(points: &[EdgePoint], indices: &mut [u16], length: usize, wanted: impl Fn(&EdgePoint) -> bool) -> usize {
+fn keep(
+    points: &[EdgePoint],
+    indices: &mut [u16],
+    length: usize,
+    wanted: impl Fn(&EdgePoint) -> bool,
+) -> usize {
     let mut left = 0;
     for from in 0..length {
         let Some(index) = indices.get(from).copied() else { break };

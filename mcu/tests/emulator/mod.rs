@@ -1,4 +1,5 @@
 //! Boards in QEMU.
+#![allow(dead_code, reason = "each test uses its part")]
 use std::{
     os::unix::net::UnixStream,
     path::PathBuf,
@@ -51,7 +52,12 @@ pub(crate) struct Emulator {
 }
 
 impl Emulator {
-    /// Its line.
+    /// The socket that its line is on.
+    pub(crate) fn line(&self) -> &std::path::Path {
+        &self.line
+    }
+
+    /// Its line, once it is there.
     pub(crate) fn connect(&self) -> UnixStream {
         let start = Instant::now();
         loop {

@@ -35,7 +35,7 @@ fn main() -> ! {
     stack::guard(&mpu);
     let mut board = Mps2::start(&mut systick);
     let mut port = uart::Port::start();
-    let device = device(DEVICE, ARRAYS);
+    let device = Device::in_place(DEVICE, ARRAYS);
     device.greet(last_run.count(), last_run.cause(), &board, &mut port);
 
     let mut bytes = [0; 256];
@@ -49,13 +49,4 @@ fn main() -> ! {
             }
         }
     }
-}
-
-/// Not inlined, so that the device's way through the stack ends before the main loop begins.
-#[inline(never)]
-fn device(
-    place: &'static mut MaybeUninit<Device<Mapper>>,
-    arrays: &'static mut Arrays,
-) -> &'static mut Device<Mapper> {
-    place.write(Device::new(Mapper::new(arrays)))
 }
