@@ -53,7 +53,7 @@ fn strong_bits(chunk: &[u16; 32], [above, below]: [u32; 2]) -> u32 {
     let mut bits = 0;
     for (k, pair) in pairs.iter().enumerate() {
         let g = join(*pair);
-        bits |= ((g + above | below - g) & const { both(1 << 15) }) >> (15 - k);
+        bits |= (((g + above) | (below - g)) & const { both(1 << 15) }) >> (15 - k);
     }
     for (shift, middle) in [(8, 0x0000_ff00), (4, 0x00f0_00f0), (2, 0x0c0c_0c0c), (1, 0x2222_2222)] {
         let moved = (bits ^ bits >> shift) & middle;
