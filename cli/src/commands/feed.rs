@@ -248,6 +248,7 @@ impl Drive<'_> {
                 time,
                 frame,
                 pixel: Some(seen.pixel.into()),
+                pixel_covariance: None,
                 range: Some(seen.range),
                 bearing: Some(seen.bearing),
                 landmark: seen.landmark,
