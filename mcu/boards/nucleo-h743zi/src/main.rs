@@ -13,8 +13,8 @@
 
 mod board;
 
-use core::mem::MaybeUninit;
 use board::Nucleo;
+use core::mem::MaybeUninit;
 use cortex_m_rt::entry;
 use embassy_stm32::{
     bind_interrupts, peripherals,
