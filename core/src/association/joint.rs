@@ -18,6 +18,7 @@
 )]
 use super::gate::{cholesky, forward};
 use crate::Real;
+use core::cmp::Ordering;
 use nalgebra::{Matrix2, Vector2};
 
 /// Measurements that one joint search pairs.
@@ -48,11 +49,9 @@ pub trait Correlated<T> {
 
 /// Keeps, in place, the exclusive nearest candidates; `candidates` comes back sorted by measurement.
 pub fn exclusive_nearest<T: Real>(candidates: &mut heapless::Vec<Candidate<T>, MAX_CANDIDATES>) {
-    let order = |a: &Candidate<T>, b: &Candidate<T>| {
-        let by_cost = a.cost.partial_cmp(&b.cost).unwrap_or(core::cmp::Ordering::Equal);
-        by_cost.then(a.observation.cmp(&b.observation)).then(a.landmark.cmp(&b.landmark))
-    };
-    candidates.sort_unstable_by(order);
+    sort(candidates, |a, b| {
+        by_cost(a, b).then(a.observation.cmp(&b.observation)).then(a.landmark.cmp(&b.landmark))
+    });
     let mut kept = 0;
     for index in 0..candidates.len() {
         let next = candidates[index];
@@ -64,7 +63,29 @@ pub fn exclusive_nearest<T: Real>(candidates: &mut heapless::Vec<Candidate<T>, M
         }
     }
     candidates.truncate(kept);
-    candidates.sort_unstable_by_key(|pair| pair.observation);
+    sort(candidates, |a, b| a.observation.cmp(&b.observation));
+}
+
+/// Sorts by measurement, and those of one measurement by cost: the first descent of a joint search is then the greedy one.
+pub(crate) fn sort_for_search<T: Real>(candidates: &mut [Candidate<T>]) {
+    sort(candidates, |a, b| {
+        a.observation.cmp(&b.observation).then(by_cost(a, b)).then(a.landmark.cmp(&b.landmark))
+    });
+}
+
+fn by_cost<T: Real>(a: &Candidate<T>, b: &Candidate<T>) -> Ordering {
+    a.cost.partial_cmp(&b.cost).unwrap_or(Ordering::Equal)
+}
+
+/// Sorts by insertion. There are few candidates, and the standard library's sort is 3 KiB of program each time it is used.
+fn sort<T: Real>(candidates: &mut [Candidate<T>], order: impl Fn(&Candidate<T>, &Candidate<T>) -> Ordering) {
+    for end in 1..candidates.len() {
+        let mut at = end;
+        while at > 0 && order(&candidates[at - 1], &candidates[at]) == Ordering::Greater {
+            candidates.swap(at - 1, at);
+            at -= 1;
+        }
+    }
 }
 
 /// A set of pairs.
