@@ -28,9 +28,13 @@ enum Task {
         #[arg(long)]
         tcp: Option<u16>,
     },
-    /// Both boards in QEMU against the host: the same bits, faults on the line, crashes
-    Test,
-    /// Flash and static RAM of both boards' programs; the link fails beyond 160 KiB and 128 KiB
+    /// Both emulated boards against the host: the same bits, instructions, restarts and crashes
+    Test {
+        /// Pictures of the corridor
+        #[arg(long, default_value_t = 200)]
+        frames: usize,
+    },
+    /// Flash and static RAM of all boards' programs; the link fails beyond 160 KiB and 128 KiB
     Size,
 }
 
@@ -66,9 +70,9 @@ impl Board {
         }
     }
 
-    /// A target folder a processor: the flags are part of what is built.
+    /// A target folder a processor and program: the flags are part of what is built.
     fn target(self, features: &str) -> PathBuf {
-        shell::root().join("target/firmware").join(format!("{}{features}", self.machine()))
+        shell::root().join("target/firmware").join(self.machine()).join(features)
     }
 
     /// Where the board's program is, once it is built.
@@ -96,7 +100,7 @@ impl Board {
 pub(crate) fn run(options: &Options) -> Result<()> {
     match &options.task {
         Task::Run { board, unix, tcp } => serve(*board, unix, *tcp),
-        Task::Test => test(),
+        Task::Test { frames } => test(*frames),
         Task::Size => size(),
     }
 }
@@ -118,23 +122,17 @@ fn serve(board: Board, unix: &Path, tcp: Option<u16>) -> Result<()> {
     shell::run(qemu.current_dir(shell::root()))
 }
 
-/// Runs the tests that need boards, with the programs of both; builds and weighs the one for silicon.
-pub(crate) fn test() -> Result<()> {
-    compare(200)
-}
-
-/// As [`test`], with fewer pictures: a picture takes a second on its way through the emulated line.
-pub(crate) fn short_test() -> Result<()> {
-    compare(40)
-}
-
-fn compare(frames: usize) -> Result<()> {
+/// Runs the tests that need boards, with so many pictures of the corridor; builds and weighs the program for silicon as well.
+pub(crate) fn test(frames: usize) -> Result<()> {
     setup::qemu()?;
     size()?;
-    let tests = ["--package monorange-mcu --test in_qemu", "--package monorange --test feed"];
+    let crashing = Board::An500.build("crash")?;
+    let tests =
+        ["--package monorange-mcu --test in_qemu --test crashes_in_qemu", "--package monorange --test feed"];
     for test in tests {
         let mut cargo = shell::cargo(&format!("test {test} -- --nocapture"));
         cargo.env("MONORANGE_QEMU", "required").env("MONORANGE_FRAMES", frames.to_string());
+        cargo.env("MONORANGE_MPS2_AN500_CRASH", &crashing);
         for board in BOARDS {
             let variable = format!("MONORANGE_{}", board.machine().to_uppercase().replace('-', "_"));
             cargo.env(variable, board.image(""));

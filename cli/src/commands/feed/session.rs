@@ -4,7 +4,8 @@ use monorange_protocol::{
     client::{Answer, Client},
     conversion,
     message::{
-        Answers, Ask, Cause, DeviceMessage, FrameBegin, HostMessage, Landmark, Odometry, SaveState, State,
+        Answers, Ask, Cause, DeviceMessage, Fault, FrameBegin, HostMessage, Landmark, Odometry, SaveState,
+        State,
     },
 };
 use std::{io, time::Duration};
@@ -122,7 +123,8 @@ impl<'a> Session<'a> {
         let begin = FrameBegin { frame, time_us, left: 0, top: 0, width, height };
         self.with(|client| {
             let answer = client.frame(motion, &begin, &picture.pixels)?;
-            let forgotten = answer.faults.iter().any(|fault| fault.cause == Cause::NotConfigured);
+            let lost_its_state = |fault: &Fault| matches!(fault.cause, Cause::NotConfigured | Cause::State);
+            let forgotten = answer.faults.iter().any(lost_its_state);
             if forgotten || answer.pose.is_some_and(|pose| pose.reset_count != expected) {
                 return Err(io::Error::new(io::ErrorKind::ConnectionReset, "the device was reset"));
             }
