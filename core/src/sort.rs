@@ -1,20 +1,23 @@
-//! Shell's sort with Ciura's gaps, for up to some hundred items: the standard library's sort is 5 to 20 kB of code for
-//! every type, which a firmware's flash and a page's first load pay for.
-use core::cmp::Ordering;
+//! Shell's sort, for up to some hundred items: the standard library's is 5 to 20 kB of program for every type, which a
+//! firmware's flash and a page's first load pay for.
 
-const GAPS: [usize; 8] = [701, 301, 132, 57, 23, 10, 4, 1];
-
-/// Sorts in place; equal items come in any order.
-pub(crate) fn sort_small<T>(items: &mut [T], order: impl Fn(&T, &T) -> Ordering) {
-    for gap in GAPS {
-        for end in gap..items.len() {
-            let mut at = end;
-            while let Some(before) = at.checked_sub(gap)
-                && let Some([first, .., last]) = items.get(before..=at)
-                && order(last, first) == Ordering::Less
+/// Sorts in place by a key; what is nearly sorted already costs little. Equal items come in any order.
+pub(crate) fn sort_by_key<T: Copy, K: PartialOrd>(items: &mut [T], key: impl Fn(&T) -> K) {
+    for gap in [144, 16, 1] {
+        for at in gap..items.len() {
+            let Some(moved) = items.get(at).copied() else { return };
+            let here = key(&moved);
+            let mut to = at;
+            while let Some(from) = to.checked_sub(gap)
+                && let Some(other) = items.get(from).copied()
+                && key(&other) > here
+                && let Some(slot) = items.get_mut(to)
             {
-                items.swap(before, at);
-                at = before;
+                *slot = other;
+                to = from;
+            }
+            if let Some(slot) = items.get_mut(to) {
+                *slot = moved;
             }
         }
     }
@@ -22,7 +25,7 @@ pub(crate) fn sort_small<T>(items: &mut [T], order: impl Fn(&T, &T) -> Ordering)
 
 #[cfg(test)]
 mod tests {
-    use super::sort_small;
+    use super::sort_by_key;
     use proptest::prelude::*;
 
     proptest! {
@@ -31,7 +34,7 @@ mod tests {
             let mut expected = items.clone();
             expected.sort_unstable();
             let mut sorted = items;
-            sort_small(&mut sorted, u16::cmp);
+            sort_by_key(&mut sorted, |item| *item);
             prop_assert_eq!(sorted, expected);
         }
     }

@@ -9,6 +9,8 @@
 //! | the end of a whole picture | corners, filter, map | observations, pose; map and statistics when due |
 //! | the end of another one | motion only | fault, predicted pose |
 //! | odometry after a gap in time | the last motion holds through the gap, then this one | – |
+mod state;
+
 use crate::{
     Board, Engine, WINDOW,
     link::Link,
@@ -20,13 +22,12 @@ use monorange_protocol::{
     frame::{Damage, Deframer, Frame},
     message::*,
 };
+use state::Restored;
 
 /// Gaps in odometry up to this are rounding, not a lost message.
 const ODOMETRY_SLACK_US: u64 = 1_000;
 /// Gaps longer than this are a pause: the robot is not taken to have moved on.
 const ODOMETRY_HOLD_US: u64 = 1_000_000;
-/// Bytes of a state in one message.
-const STATE_CHUNK: usize = 960;
 
 /// What the device wants of its board after a call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,14 +74,6 @@ struct Dispatch<E> {
     reset_count: u8,
 }
 
-/// How far a state to be restored has come.
-#[derive(Clone, Copy, Debug, Default)]
-struct Restored {
-    next: u32,
-    total: u32,
-    checksum: u32,
-}
-
 impl<E: Engine> Device<E> {
     /// A device that was just started.
     pub const fn new(engine: E) -> Self {
@@ -123,9 +116,8 @@ impl<E: Engine> Device<E> {
     /// Takes bytes of the line, does what they say and answers to `port`.
     pub fn receive(&mut self, bytes: &[u8], board: &impl Board, port: &mut impl Write) -> Wish {
         self.dispatch.meter.start(board);
-        let mut wish = Wish::GoOn;
-        for byte in bytes {
-            let Some(result) = self.deframer.push(*byte) else { continue };
+        let (mut wish, mut left) = (Wish::GoOn, bytes);
+        while let Some(result) = self.deframer.take(&mut left) {
             match result {
                 Ok(frame) if self.dispatch.frame(&frame, board, port) == Wish::Restart => {
                     wish = Wish::Restart
@@ -337,7 +329,6 @@ impl<E: Engine> Dispatch<E> {
 
     fn introduce<B: Board>(&mut self, port: &mut impl Write) {
         let limits = E::LIMITS;
-        let state_bytes = self.engine.staging().len();
         let info = Info {
             nonce: self.nonce,
             firmware: FIRMWARE,
@@ -349,7 +340,7 @@ impl<E: Engine> Dispatch<E> {
             max_landmarks: limits.landmarks,
             max_corners: limits.corners,
             window: u16::try_from(WINDOW).unwrap_or(u16::MAX),
-            state_bytes: u32::try_from(state_bytes).unwrap_or(u32::MAX),
+            state_bytes: limits.state_bytes,
         };
         self.link.send(&DeviceMessage::Info(info), port);
     }
@@ -429,57 +420,6 @@ impl<E: Engine> Dispatch<E> {
             uptime_us: board.uptime_us(),
         };
         self.link.send(&DeviceMessage::Statistics(statistics), port);
-    }
-
-    fn save(&mut self, port: &mut impl Write) {
-        if self.picture.take().is_some() {
-            // The state is put together in memory that the rows of a picture use.
-            self.drop_picture(self.last_frame, port);
-        }
-        let frame = self.last_frame;
-        let Self { engine, link, .. } = self;
-        let state = engine.save();
-        let total = state.len() as u32; // a few KiB
-        let checksum = monorange_protocol::frame::checksum(state);
-        for (number, bytes) in state.chunks(STATE_CHUNK).enumerate() {
-            let offset = (number * STATE_CHUNK) as u32;
-            link.send(&DeviceMessage::State(State { frame, offset, total, checksum, bytes }), port);
-        }
-    }
-
-    fn restore<B: Board>(&mut self, chunk: &State<'_>, port: &mut impl Write) {
-        if !self.engine.is_configured() {
-            return self.fault(Cause::NotConfigured, 0, port);
-        }
-        if self.picture.take().is_some() {
-            self.drop_picture(self.last_frame, port);
-        }
-        if chunk.offset == 0 {
-            self.restored = Restored { next: 0, total: chunk.total, checksum: chunk.checksum };
-        }
-        let Restored { next, total, checksum } = self.restored;
-        let end = chunk.offset.saturating_add(u32::try_from(chunk.bytes.len()).unwrap_or(u32::MAX));
-        let expected =
-            chunk.offset == next && chunk.total == total && chunk.checksum == checksum && end <= total;
-        let place = self.engine.staging().get_mut(chunk.offset as usize..end as usize);
-        let Some(place) = place.filter(|_| expected && !chunk.bytes.is_empty()) else {
-            self.restored = Restored::default();
-            return self.fault(Cause::State, chunk.offset, port);
-        };
-        place.copy_from_slice(chunk.bytes);
-        self.restored.next = end;
-        if end < total {
-            return;
-        }
-        self.restored = Restored::default();
-        let whole = self.engine.staging().get(..total as usize).unwrap_or_default();
-        if monorange_protocol::frame::checksum(whole) == checksum && self.engine.restore(total as usize) {
-            self.last_motion = None;
-            self.last_frame = chunk.frame;
-            self.introduce::<B>(port);
-        } else {
-            self.fault(Cause::State, total, port);
-        }
     }
 }
 

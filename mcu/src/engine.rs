@@ -13,6 +13,8 @@ pub struct Limits {
     pub landmarks: u16,
     /// Corners of a picture.
     pub corners: u16,
+    /// Bytes of a state.
+    pub state_bytes: u32,
 }
 
 /// Where the robot is.
@@ -80,10 +82,10 @@ pub trait Engine {
     /// The map.
     fn landmarks(&self) -> impl ExactSizeIterator<Item = Landmark>;
 
-    /// The state as bytes.
+    /// The state as bytes. Never called within a picture.
     fn save(&mut self) -> &[u8];
 
-    /// Memory in which a state to be restored is put together.
+    /// Memory in which a state to be restored is put together, before the next picture. Never called within one.
     fn staging(&mut self) -> &mut [u8];
 
     /// Takes the first `length` bytes of [`staging`](Self::staging) as the state; returns whether it was one.

@@ -4,15 +4,17 @@
 //! |---|---|
 //! | line buffers, masks, edge points | [`Arrays`]' `words`, `masks`, `points` |
 //! | state, covariance, landmarks' records | `numbers`, `landmarks` |
-//! | a state on its way in or out | `staging` |
+//!
+//! A state on its way in or out is put together in the memory of the line buffers.
 //!
 //! A region of interest smaller than the picture is continued by its border rows and columns, where there are no edges
 //! then, so that the extractor sees the camera that it was configured for.
 use crate::{
-    Engine,
+    Device, Engine,
     engine::{Estimate, Limits},
     meter::Stage,
 };
+use core::mem::MaybeUninit;
 use monorange_core::{
     Error,
     lines::{self, EdgePoint, mask_words, point_count, row_words},
@@ -27,6 +29,7 @@ const HEIGHT: usize = 240;
 const LANDMARKS: usize = 32;
 const STATES: usize = states_for(LANDMARKS, true);
 const STATE_BYTES: usize = state_len(STATES, LANDMARKS);
+const _: () = assert!(STATE_BYTES <= 2 * row_words(WIDTH, HEIGHT));
 
 /// Memory lent for good.
 #[derive(Clone, Copy, Debug)]
@@ -48,7 +51,6 @@ pub struct Arrays {
     points: heapless::Vec<EdgePoint, { point_count(WIDTH, HEIGHT) }>,
     numbers: [f32; storage_len(STATES)],
     landmarks: heapless::Vec<slam::Landmark<f32>, LANDMARKS>,
-    staging: [u8; STATE_BYTES],
 }
 
 impl Default for Arrays {
@@ -66,7 +68,6 @@ impl Arrays {
             points: heapless::Vec::new(),
             numbers: [0.0; storage_len(STATES)],
             landmarks: heapless::Vec::new(),
-            staging: [0; STATE_BYTES],
         }
     }
 }
@@ -76,7 +77,6 @@ pub struct Mapper {
     pipeline: Option<Pipeline<Lent>>,
     /// The pipeline's memory before the first configuration.
     memory: Option<Memory<Lent>>,
-    staging: &'static mut [u8],
     report: Option<Report>,
     binning: u8,
     picture: Option<FrameBegin>,
@@ -85,10 +85,19 @@ pub struct Mapper {
     line: [u8; WIDTH],
 }
 
+impl Device<Mapper> {
+    /// A device that was just started, in memory for good. Not inlined, so that its way through the stack ends before the main
+    /// loop begins.
+    #[inline(never)]
+    pub fn in_place(place: &'static mut MaybeUninit<Self>, arrays: &'static mut Arrays) -> &'static mut Self {
+        place.write(Self::new(Mapper::new(arrays)))
+    }
+}
+
 impl Mapper {
     /// An engine without a configuration.
     pub fn new(arrays: &'static mut Arrays) -> Self {
-        let Arrays { words, masks, points, numbers, landmarks, staging } = arrays;
+        let Arrays { words, masks, points, numbers, landmarks } = arrays;
         // Neither fails: the lengths are the capacities.
         let _ = points.resize(points.capacity(), EdgePoint::default());
         let _ = landmarks.resize(landmarks.capacity(), slam::Landmark::default());
@@ -103,7 +112,6 @@ impl Mapper {
         Self {
             pipeline: None,
             memory: Some(memory),
-            staging,
             report: None,
             binning: 1,
             picture: None,
@@ -173,6 +181,7 @@ impl Engine for Mapper {
         height: HEIGHT as u16,
         landmarks: LANDMARKS as u16,
         corners: MAX_CORNERS as u16,
+        state_bytes: STATE_BYTES as u32,
     };
 
     fn configure(&mut self, configuration: &Configure) -> Result<(), Error> {
@@ -296,19 +305,15 @@ impl Engine for Mapper {
     }
 
     fn save(&mut self) -> &[u8] {
-        let Some(pipeline) = &mut self.pipeline else { return &[] };
-        let length = pipeline.save(self.staging).unwrap_or(0);
-        self.staging.get(..length).unwrap_or_default()
+        let state = self.pipeline.as_mut().map(Pipeline::save_to_scratch);
+        state.and_then(Result::ok).unwrap_or_default()
     }
 
     fn staging(&mut self) -> &mut [u8] {
-        self.staging
+        self.pipeline.as_mut().map(Pipeline::scratch).unwrap_or_default()
     }
 
     fn restore(&mut self, length: usize) -> bool {
-        let (Some(pipeline), Some(state)) = (&mut self.pipeline, self.staging.get(..length)) else {
-            return false;
-        };
-        pipeline.restore(state).is_ok()
+        self.pipeline.as_mut().is_some_and(|pipeline| pipeline.restore_from_scratch(length).is_ok())
     }
 }

@@ -1,5 +1,5 @@
 //! The receive buffer between the serial interrupt and the main loop.
-use core::sync::atomic::{AtomicU8, AtomicU32, AtomicUsize, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, AtomicUsize, Ordering};
 
 /// A ring of `N` bytes with one writer, the interrupt, and one reader, the main loop.
 ///
@@ -12,6 +12,7 @@ pub struct Ring<const N: usize> {
     written: AtomicUsize,
     read: AtomicUsize,
     overrun: AtomicU32,
+    ready: AtomicBool,
 }
 
 impl<const N: usize> Default for Ring<N> {
@@ -29,43 +30,63 @@ impl<const N: usize> Ring<N> {
             written: AtomicUsize::new(0),
             read: AtomicUsize::new(0),
             overrun: AtomicU32::new(0),
+            ready: AtomicBool::new(false),
         }
     }
 
-    /// Takes a byte from the line; when the ring is full the byte is lost and counted. For the interrupt.
+    /// Takes what `next` gives, the bytes that the line has; when the ring is full they are lost and counted. For the interrupt.
     #[inline]
-    pub fn push(&self, byte: u8) {
-        let written = self.written.load(Ordering::Relaxed);
-        if written.wrapping_sub(self.read.load(Ordering::Acquire)) >= N {
+    pub fn fill(&self, mut next: impl FnMut() -> Option<u8>) {
+        let mut written = self.written.load(Ordering::Relaxed);
+        let read = self.read.load(Ordering::Acquire);
+        let end = read.wrapping_add(N);
+        let (mut lost, mut ended) = (0, false);
+        while let Some(byte) = next() {
+            if byte == 0 {
+                ended = true;
+            }
+            if written == end {
+                lost += 1;
+            } else if let Some(place) = self.bytes.get(written % N) {
+                place.store(byte, Ordering::Relaxed);
+                written = written.wrapping_add(1);
+            }
+        }
+        if lost > 0 {
             // Only the interrupt writes this count: no need for a read-modify-write.
-            let overrun = self.overrun.load(Ordering::Relaxed);
-            self.overrun.store(overrun.saturating_add(1), Ordering::Relaxed);
-            return;
+            self.overrun.store(self.overrun().saturating_add(lost), Ordering::Relaxed);
         }
-        if let Some(place) = self.bytes.get(written % N) {
-            place.store(byte, Ordering::Relaxed);
+        self.written.store(written, Ordering::Release);
+        if ended || written.wrapping_sub(read) >= N / 4 {
+            self.ready.store(true, Ordering::Release);
         }
-        self.written.store(written.wrapping_add(1), Ordering::Release);
     }
 
     /// Moves waiting bytes to `out` and returns how many. For the main loop.
     #[inline]
     pub fn read(&self, out: &mut [u8]) -> usize {
         let read = self.read.load(Ordering::Relaxed);
-        let count = self.written.load(Ordering::Acquire).wrapping_sub(read).min(out.len());
-        for (offset, byte) in out.iter_mut().take(count).enumerate() {
-            *byte = self
-                .bytes
-                .get(read.wrapping_add(offset) % N)
-                .map_or(0, |place| place.load(Ordering::Relaxed));
+        let waiting = self.written.load(Ordering::Acquire).wrapping_sub(read);
+        // Up to the end of the memory; the rest comes with the next call.
+        let waiting = self.bytes.get(read % N..).unwrap_or_default().iter().take(waiting);
+        let mut count = 0;
+        for (byte, place) in out.iter_mut().zip(waiting) {
+            *byte = place.load(Ordering::Relaxed);
+            count += 1;
         }
         self.read.store(read.wrapping_add(count), Ordering::Release);
         count
     }
 
-    /// Whether nothing waits.
-    pub fn is_empty(&self) -> bool {
-        self.written.load(Ordering::Acquire) == self.read.load(Ordering::Relaxed)
+    /// Whether a frame may have ended, or much has come, since this was asked last: before, there is nothing to do for the main
+    /// loop. A line may fall silent within a frame, so that one should look now and then without.
+    pub fn take_ready(&self) -> bool {
+        // Loads and stores suffice: a frame that ends in between sets the flag again, or its bytes are there to be read.
+        let ready = self.ready.load(Ordering::Acquire);
+        if ready {
+            self.ready.store(false, Ordering::Release);
+        }
+        ready
     }
 
     /// Bytes lost because the ring was full.
@@ -81,15 +102,34 @@ mod tests {
     #[test]
     fn what_fits_comes_out_in_order_and_the_rest_is_counted() {
         let ring = Ring::<8>::new();
-        let mut out = [0; 16];
         for round in 0..100_u8 {
-            (0..11).for_each(|step| ring.push(round.wrapping_mul(11).wrapping_add(step)));
             let first = round.wrapping_mul(11);
-            assert_eq!(ring.read(&mut out[..3]), 3);
-            assert_eq!(ring.read(&mut out[3..]), 5);
+            let mut bytes = (0..11).map(|step| first.wrapping_add(step));
+            ring.fill(|| bytes.next());
+            let (mut out, mut count) = ([0; 16], 0);
+            loop {
+                let some = ring.read(&mut out[count..][..3]);
+                count += some;
+                if some == 0 {
+                    break;
+                }
+            }
+            assert_eq!(count, 8);
             assert!(out.iter().zip(0..8).all(|(byte, step)| *byte == first.wrapping_add(step)));
         }
-        assert!(ring.is_empty());
         assert_eq!(ring.overrun(), 300);
+    }
+
+    #[test]
+    fn it_is_ready_when_a_frame_may_have_ended_or_much_has_come() {
+        let ring = Ring::<64>::new();
+        let fill = |bytes: &[u8]| {
+            let mut bytes = bytes.iter().copied();
+            ring.fill(|| bytes.next());
+            ring.take_ready()
+        };
+        assert!(!fill(&[1, 2, 3]));
+        assert!(fill(&[4, 0]) && !ring.take_ready());
+        assert!(fill(&[5; 11]));
     }
 }

@@ -4,7 +4,7 @@ mod bench;
 use bench::{faults::*, *};
 use monorange_protocol::{
     frame::checksum,
-    message::{Ask, Hello, HostMessage},
+    message::{Ask, Hello, HostMessage, SaveState, State},
 };
 use std::collections::HashSet;
 
@@ -86,5 +86,34 @@ fn a_host_that_starts_again_in_the_middle_of_a_picture_is_welcome() {
         assert!(said.iter().any(|said| matches!(said, Said::Info(_, true))), "{said:?}");
         let said = talk.picture(10_000 + number, &rows_of(number));
         assert!(poses(&said).iter().any(|pose| pose.frame == 10_000 + number && !pose.predicted_only));
+    }
+}
+
+#[test]
+fn a_device_that_is_reset_in_the_middle_of_a_picture_gets_its_state_back() {
+    let mut damager = Damager::new(3);
+    for number in 0..500 {
+        let mut talk = Talk::configured();
+        talk.picture(1, &rows_of(number));
+        let moved = talk.device.engine().moved;
+        let said = talk.say(&HostMessage::SaveState(SaveState {}));
+        let Some(Said::State(bytes)) = said.first() else { panic!("{said:?}") };
+        let rows = rows_of(number);
+        let lines: Vec<_> = picture(2, &rows).iter().map(|message| talk.line(message)).collect();
+        let line = lines.concat();
+        talk.send(&line[..damager.below(line.len())]);
+
+        // Another device takes the line over, in the middle of what the host still sends.
+        let mut talk = Talk::new();
+        talk.send(&line[damager.below(line.len())..]);
+        assert!(talk.device.engine().pictures.is_empty(), "nothing is done before the configuration");
+        talk.say(&HostMessage::Hello(Hello { nonce: number + 1 }));
+        talk.say(&HostMessage::Configure(configuration()));
+        let state =
+            State { frame: 1, offset: 0, total: bytes.len() as u32, checksum: checksum(bytes), bytes };
+        assert_eq!(faults(&talk.say(&HostMessage::RestoreState(state))), []);
+        assert_eq!(talk.device.engine().moved, moved);
+        let said = talk.picture(2, &rows);
+        assert!(poses(&said).iter().any(|pose| pose.frame == 2 && !pose.predicted_only), "{said:?}");
     }
 }

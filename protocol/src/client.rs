@@ -192,7 +192,8 @@ impl<S: Read + Write> Client<S> {
         Ok(())
     }
 
-    /// Listens until the callback returns true.
+    /// Listens until the callback returns true, and says hello after each silence: the one before may have been lost, or the
+    /// device may not have been listening yet.
     ///
     /// # Errors
     /// What the stream says; [`io::ErrorKind::TimedOut`] when that does not come to pass within the client's patience.
@@ -204,6 +205,7 @@ impl<S: Read + Write> Client<S> {
                 return Err(io::Error::new(io::ErrorKind::TimedOut, "the device does not answer"));
             }
             self.listen(&mut |message| found |= heard(message))?;
+            self.break_silence()?;
         }
         Ok(())
     }
@@ -222,11 +224,11 @@ impl<S: Read + Write> Client<S> {
                 _ => return Err(error),
             },
         };
-        for byte in bytes.iter().take(count) {
-            match self.deframer.push(*byte) {
-                None => {}
-                Some(Err(damage)) => self.counts.damage(damage),
-                Some(Ok(frame)) => {
+        let mut left = bytes.get(..count).unwrap_or_default();
+        while let Some(result) = self.deframer.take(&mut left) {
+            match result {
+                Err(damage) => self.counts.damage(damage),
+                Ok(frame) => {
                     let new = self.counts.arrived(self.last_heard, frame.sequence);
                     self.last_heard = Some(frame.sequence);
                     self.heard_at = Instant::now();
@@ -269,14 +271,20 @@ impl<S: Read + Write> Client<S> {
         let start = Instant::now();
         while !done(self) {
             self.listen(heard)?;
-            if self.heard_at.elapsed() > SILENCE {
-                self.heard_at = Instant::now();
-                self.window.forget();
-                self.hello()?;
-            }
+            self.break_silence()?;
             if start.elapsed() > self.patience {
                 return Err(io::Error::new(io::ErrorKind::TimedOut, "the device grants no credit"));
             }
+        }
+        Ok(())
+    }
+
+    /// Counts the line as empty and says hello when nothing was heard for a while.
+    fn break_silence(&mut self) -> io::Result<()> {
+        if self.heard_at.elapsed() > SILENCE {
+            self.heard_at = Instant::now();
+            self.window.forget();
+            self.hello()?;
         }
         Ok(())
     }

@@ -32,23 +32,35 @@ same_choices! {
     message::Decision => slam::Decision { Update, Birth, Gated, Tentative, Rejected };
 }
 
-/// Both ways between two structures with fields of the same names and types.
-macro_rules! same_fields {
-    ($to_core:ident, $to_wire:ident, $wire:path => $core:path { $($field:ident),* }) => {
-        fn $to_core(wire: $wire) -> $core {
-            let $wire { $($field),* } = wire;
-            $core { $($field),* }
+/// Both ways between a message's settings and the core's, whose fields have the same names; those after `with` take a function
+/// each way. Settings of the core that this version of the protocol does not know stay as they are, at both ends.
+macro_rules! same_settings {
+    ($to_core:ident, $to_wire:ident, $wire:path => $core:path { $($field:ident),* $(,)? }
+     $(with $special:ident ($in:expr, $out:expr))?) => {
+        #[allow(unused_variables, clippy::needless_update, reason = "the core may gain settings before the protocol does")]
+        fn $to_core(wire: &$wire, base: $core) -> $core {
+            $core { $($field: wire.$field.into(),)* $($special: $in(wire.$special),)? ..base }
         }
-        fn $to_wire(core: $core) -> $wire {
-            let $core { $($field),* } = core;
-            $wire { $($field),* }
+        fn $to_wire(core: &$core) -> $wire {
+            $wire { $($field: core.$field.into(),)* $($special: $out(core.$special),)? }
         }
     };
 }
 
-same_fields!(motion_to_core, motion_to_wire, message::MotionSettings => MotionNoise {
-    speed_by_speed, turn_by_turn, turn_by_speed, slip_by_speed, speed_floor, turn_floor
+same_settings!(motion_to_core, motion_to_wire, message::MotionSettings => MotionNoise {
+    speed_by_speed, turn_by_turn, turn_by_speed, slip_by_speed, speed_floor, turn_floor,
 });
+same_settings!(filter_to_core, filter_to_wire, message::FilterSettings => slam::FilterConfig::<f32> {
+    variant, covariance, gate, gate_nis, range_prior, linearity,
+});
+same_settings!(map_to_core, map_to_wire, message::MapSettings => slam::MapConfig::<f32> {
+    pairing, match_nis, birth_nis, confirm, within, forget, delete_after, merge_distance, merge_missed,
+} with joint_nodes(|nodes: u32| nodes as usize, |nodes: usize| u32::try_from(nodes).unwrap_or(u32::MAX)));
+same_settings!(extract_to_core, extract_to_wire, message::ExtractSettings => lines::ExtractConfig {
+    edge_threshold, floor_top, floor_spread, vertical_spread, gravity_tolerance, direction_tolerance, min_vertical_length,
+    min_floor_length, max_gap_px, reach_px, floor_reach_px, overshoot_px, skirting_height, min_bound_length, max_width_px,
+    min_crossing,
+} with opening(usize::from, |opening: usize| u8::try_from(opening).unwrap_or(u8::MAX)));
 
 /// Pixels of a picture that is sent in pixels of the camera's: with 2 × 2 binning the centre of the first one lies
 /// at (0.5, 0.5).
@@ -87,57 +99,10 @@ pub fn config_from_message(configure: &Configure) -> Result<Config> {
     config.model = settings.model.into();
     config.corner_std_floor_px = settings.corner_std_floor_px;
     config.min_depression = settings.min_depression;
-    config.motion = motion_to_core(settings.motion);
-
-    let filter = settings.filter;
-    let [prior, prior_std] = filter.range_prior;
-    config.filter = slam::FilterConfig {
-        variant: filter.variant.into(),
-        covariance: filter.covariance.into(),
-        gate: filter.gate.into(),
-        gate_nis: filter.gate_nis,
-        range_prior: (prior, prior_std),
-        linearity: filter.linearity,
-        ..config.filter
-    };
-    let map = settings.map;
-    config.map = slam::MapConfig {
-        pairing: map.pairing.into(),
-        match_nis: map.match_nis,
-        birth_nis: map.birth_nis,
-        confirm: map.confirm,
-        within: map.within,
-        forget: map.forget,
-        delete_after: map.delete_after,
-        merge_distance: map.merge_distance,
-        merge_missed: map.merge_missed,
-        joint_nodes: map.joint_nodes as usize,
-        ..config.map
-    };
-    let extract = settings.extract;
-    // Settings that this version of the protocol does not know yet keep their defaults, at both ends.
-    #[allow(clippy::needless_update, reason = "the core may gain settings before the protocol does")]
-    let extract_config = lines::ExtractConfig {
-        edge_threshold: extract.edge_threshold,
-        opening: usize::from(extract.opening),
-        floor_top: extract.floor_top,
-        floor_spread: extract.floor_spread,
-        vertical_spread: extract.vertical_spread,
-        gravity_tolerance: extract.gravity_tolerance,
-        direction_tolerance: extract.direction_tolerance,
-        min_vertical_length: extract.min_vertical_length,
-        min_floor_length: extract.min_floor_length,
-        max_gap_px: extract.max_gap_px,
-        reach_px: extract.reach_px,
-        floor_reach_px: extract.floor_reach_px,
-        overshoot_px: extract.overshoot_px,
-        skirting_height: extract.skirting_height,
-        min_bound_length: extract.min_bound_length,
-        max_width_px: extract.max_width_px,
-        min_crossing: extract.min_crossing,
-        ..config.extract
-    };
-    config.extract = extract_config;
+    config.motion = motion_to_core(&settings.motion, config.motion);
+    config.filter = filter_to_core(&settings.filter, config.filter);
+    config.map = map_to_core(&settings.map, config.map);
+    config.extract = extract_to_core(&settings.extract, config.extract);
     Ok(config)
 }
 
@@ -146,7 +111,6 @@ pub fn message_from_config(config: &Config, answers: message::Answers) -> Config
     let camera = config.finder.camera();
     let geometry::Distortion { k1, k2, p1, p2, k3 } = camera.distortion();
     let saturated = |number: usize| u16::try_from(number).unwrap_or(u16::MAX);
-    let (filter, map, extract) = (&config.filter, &config.map, &config.extract);
     Configure {
         camera: Camera {
             width: saturated(camera.width()),
@@ -164,46 +128,10 @@ pub fn message_from_config(config: &Config, answers: message::Answers) -> Config
             model: config.model.into(),
             corner_std_floor_px: config.corner_std_floor_px,
             min_depression: config.min_depression,
-            filter: message::FilterSettings {
-                variant: filter.variant.into(),
-                covariance: filter.covariance.into(),
-                gate: filter.gate.into(),
-                gate_nis: filter.gate_nis,
-                range_prior: [filter.range_prior.0, filter.range_prior.1],
-                linearity: filter.linearity,
-            },
-            map: message::MapSettings {
-                pairing: map.pairing.into(),
-                match_nis: map.match_nis,
-                birth_nis: map.birth_nis,
-                confirm: map.confirm,
-                within: map.within,
-                forget: map.forget,
-                delete_after: map.delete_after,
-                merge_distance: map.merge_distance,
-                merge_missed: map.merge_missed,
-                joint_nodes: u32::try_from(map.joint_nodes).unwrap_or(u32::MAX),
-            },
-            motion: motion_to_wire(config.motion),
-            extract: message::ExtractSettings {
-                edge_threshold: extract.edge_threshold,
-                opening: u8::try_from(extract.opening).unwrap_or(u8::MAX),
-                floor_top: extract.floor_top,
-                floor_spread: extract.floor_spread,
-                vertical_spread: extract.vertical_spread,
-                gravity_tolerance: extract.gravity_tolerance,
-                direction_tolerance: extract.direction_tolerance,
-                min_vertical_length: extract.min_vertical_length,
-                min_floor_length: extract.min_floor_length,
-                max_gap_px: extract.max_gap_px,
-                reach_px: extract.reach_px,
-                floor_reach_px: extract.floor_reach_px,
-                overshoot_px: extract.overshoot_px,
-                skirting_height: extract.skirting_height,
-                min_bound_length: extract.min_bound_length,
-                max_width_px: extract.max_width_px,
-                min_crossing: extract.min_crossing,
-            },
+            filter: filter_to_wire(&config.filter),
+            map: map_to_wire(&config.map),
+            motion: motion_to_wire(&config.motion),
+            extract: extract_to_wire(&config.extract),
         },
     }
 }

@@ -43,6 +43,18 @@ fn heard(line: &[u8]) -> (Vec<Heard>, Vec<Damage>) {
     (frames, damages)
 }
 
+/// What COBS makes of the pieces between zeros, by the `cobs` crate; `None` for what it refuses.
+fn decoded_by_the_library(line: &[u8]) -> Vec<Option<Vec<u8>>> {
+    let pieces = line.split(|byte| *byte == 0).filter(|piece| !piece.is_empty());
+    let decoded = |piece: &[u8]| {
+        let mut out = vec![0; piece.len()];
+        let length = cobs::decode(piece, &mut out).ok()?;
+        out.truncate(length);
+        Some(out)
+    };
+    pieces.map(decoded).collect()
+}
+
 /// Bytes in which zeros, ones and 0xff are frequent: those matter to COBS.
 fn line_bytes(length: impl Into<proptest::collection::SizeRange>) -> impl Strategy<Value = Vec<u8>> {
     vec(prop_oneof![4 => any::<u8>(), 1 => Just(0), 1 => Just(1), 1 => Just(0xff)], length)
@@ -97,6 +109,22 @@ proptest! {
         line.extend(frame_of(9, 77, &payload));
         let (frames, _) = heard(&line);
         prop_assert_eq!(frames.last(), Some(&(9, 77, payload)));
+    }
+
+    #[test]
+    fn pieces_are_taken_for_what_the_library_makes_of_them(mut line in line_bytes(0..600), cut: Index) {
+        line.push(0);
+        let mut deframer = Deframer::new();
+        let mut refused = vec![];
+        // In two goes, wherever they meet.
+        let (mut first, mut second) = line.split_at(cut.index(line.len()));
+        for part in [&mut first, &mut second] {
+            while let Some(result) = deframer.take(part) {
+                refused.push(result.err() == Some(Damage::Malformed));
+            }
+        }
+        let expected: Vec<_> = decoded_by_the_library(&line).iter().map(Option::is_none).collect();
+        prop_assert_eq!(refused, expected);
     }
 
     #[test]

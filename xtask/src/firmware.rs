@@ -1,6 +1,9 @@
 //! `cargo xtask firmware`: the co-processor in QEMU.
+mod program;
+
 use crate::{setup, shell};
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, ensure};
+use program::{Program, is_double};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -25,9 +28,13 @@ enum Task {
         #[arg(long)]
         tcp: Option<u16>,
     },
-    /// Both boards in QEMU against the host: the same bits, faults on the line, crashes
-    Test,
-    /// Flash and static RAM of both boards' programs; the link fails beyond 160 KiB and 128 KiB
+    /// Both emulated boards against the host: the same bits, instructions, restarts and crashes
+    Test {
+        /// Pictures of the corridor
+        #[arg(long, default_value_t = 200)]
+        frames: usize,
+    },
+    /// Flash and static RAM of all boards' programs; the link fails beyond 160 KiB and 128 KiB
     Size,
 }
 
@@ -41,6 +48,11 @@ enum Board {
 }
 
 const BOARDS: [Board; 2] = [Board::An500, Board::An386];
+/// What the boards' linker scripts allow.
+const FLASH: usize = 160 * 1024;
+const RAM: usize = 128 * 1024;
+/// The function that every row goes through, as a part of its symbol.
+const PER_PIXEL: &str = "6mapper6Mapper4push17h";
 const TRIPLE: &str = "thumbv7em-none-eabihf";
 
 impl Board {
@@ -58,12 +70,21 @@ impl Board {
         }
     }
 
+    /// A target folder a processor and program: the flags are part of what is built.
+    fn target(self, features: &str) -> PathBuf {
+        shell::root().join("target/firmware").join(self.machine()).join(features)
+    }
+
+    /// Where the board's program is, once it is built.
+    fn image(self, features: &str) -> PathBuf {
+        self.target(features).join(TRIPLE).join("release/monorange-mps2")
+    }
+
     /// Builds the board's program and returns its path.
     fn build(self, features: &str) -> Result<PathBuf> {
         setup::rust_target(TRIPLE)?;
         let folder = shell::root().join("mcu/boards/mps2");
-        // A target folder a processor: the flags are part of what is built.
-        let target = shell::root().join("target/firmware").join(format!("{}{features}", self.machine()));
+        let target = self.target(features);
         let mut cargo = shell::cargo("build --release --locked --target");
         cargo.arg(TRIPLE).arg("--target-dir").arg(&target).current_dir(folder);
         if !features.is_empty() {
@@ -72,31 +93,22 @@ impl Board {
         let flags = format!("-Clink-arg=-Tlink.x -Clink-arg=--nmagic -Ctarget-cpu={}", self.processor());
         cargo.env("RUSTFLAGS", flags).env("MONORANGE_BOARD", self.machine());
         shell::run(&mut cargo)?;
-        Ok(target.join(TRIPLE).join("release/monorange-mps2"))
+        Ok(self.image(features))
     }
 }
 
 pub(crate) fn run(options: &Options) -> Result<()> {
     match &options.task {
         Task::Run { board, unix, tcp } => serve(*board, unix, *tcp),
-        Task::Test => test(),
+        Task::Test { frames } => test(*frames),
         Task::Size => size(),
     }
 }
 
-fn qemu() -> Result<Command> {
-    let found = Command::new("qemu-system-arm").arg("--version").output();
-    if found.is_err() {
-        bail!(
-            "qemu-system-arm is missing: install your system's package (Debian: `apt install qemu-system-arm`)"
-        );
-    }
-    Ok(Command::new("qemu-system-arm"))
-}
-
 fn serve(board: Board, unix: &Path, tcp: Option<u16>) -> Result<()> {
-    let mut qemu = qemu()?;
+    setup::qemu()?;
     let image = board.build("")?;
+    let mut qemu = Command::new("qemu-system-arm");
     let line = match tcp {
         Some(port) => {
             format!("socket,id=line,host=127.0.0.1,port={port},nodelay=on,server=on,wait=off,mux=on")
@@ -110,45 +122,60 @@ fn serve(board: Board, unix: &Path, tcp: Option<u16>) -> Result<()> {
     shell::run(qemu.current_dir(shell::root()))
 }
 
-/// Runs the tests that need boards, with the programs of both.
-fn test() -> Result<()> {
-    qemu()?;
-    let mut cargo =
-        shell::cargo("test --package monorange-mcu --test in_qemu -- --nocapture --test-threads 1");
-    cargo.env("MONORANGE_QEMU", "required");
-    for board in BOARDS {
-        let variable = format!("MONORANGE_{}", board.machine().to_uppercase().replace('-', "_"));
-        cargo.env(variable, board.build("")?);
-    }
-    shell::run(&mut cargo)
-}
-
-fn size() -> Result<()> {
-    for board in BOARDS {
-        let image = board.build("")?;
-        let file = std::fs::read(&image).with_context(|| format!("cannot read {}", image.display()))?;
-        let (flash, ram) =
-            flash_and_ram(&file).with_context(|| format!("{} is no program", image.display()))?;
-        println!(
-            "{}: flash {flash} bytes, static RAM {ram} bytes; the rest of 131072 is stack",
-            board.machine()
-        );
+/// Runs the tests that need boards, with so many pictures of the corridor; builds and weighs the program for silicon as well.
+pub(crate) fn test(frames: usize) -> Result<()> {
+    setup::qemu()?;
+    size()?;
+    let crashing = Board::An500.build("crash")?;
+    let tests =
+        ["--package monorange-mcu --test in_qemu --test crashes_in_qemu", "--package monorange --test feed"];
+    for test in tests {
+        let mut cargo = shell::cargo(&format!("test {test} -- --nocapture"));
+        cargo.env("MONORANGE_QEMU", "required").env("MONORANGE_FRAMES", frames.to_string());
+        cargo.env("MONORANGE_MPS2_AN500_CRASH", &crashing);
+        for board in BOARDS {
+            let variable = format!("MONORANGE_{}", board.machine().to_uppercase().replace('-', "_"));
+            cargo.env(variable, board.image(""));
+        }
+        shell::run(&mut cargo)?;
     }
     Ok(())
 }
 
-/// Bytes that a 32-bit little-endian ELF file loads, and bytes of RAM that it names.
-fn flash_and_ram(file: &[u8]) -> Option<(u32, u32)> {
-    const LOAD: u32 = 1;
-    const RAM: u32 = 0x2000_0000;
-    let word = |at: usize| Some(u32::from_le_bytes(*file.get(at..)?.first_chunk()?));
-    let half = |at: usize| Some(u16::from_le_bytes(*file.get(at..)?.first_chunk()?));
-    let (headers, size, count) = (word(28)? as usize, usize::from(half(42)?), usize::from(half(44)?));
-    let (mut flash, mut ram) = (0, 0);
-    for header in (0..count).map(|number| headers + number * size).filter(|at| word(*at) == Some(LOAD)) {
-        let [address, in_file, in_memory] = [word(header + 8)?, word(header + 16)?, word(header + 20)?];
-        flash += in_file;
-        ram += if address >= RAM { in_memory } else { 0 };
+/// Prints what the programs take, and checks that no pixel costs a call of double precision.
+fn size() -> Result<()> {
+    for board in BOARDS {
+        let image = board.build("")?;
+        report(&image, board.machine())?;
     }
-    Some((flash, ram))
+    report(&nucleo()?, "nucleo-h743zi")
+}
+
+fn report(image: &Path, board: &str) -> Result<()> {
+    let file = std::fs::read(image).with_context(|| format!("cannot read {}", image.display()))?;
+    let program = Program::parse(&file).with_context(|| format!("{} is no program", image.display()))?;
+    let [flash, ram] = program.flash_and_ram();
+    println!("{board}: flash {flash} of {FLASH} bytes, static RAM {ram} of {RAM} bytes; the rest is stack");
+    let per_pixel =
+        program.called_from(PER_PIXEL).with_context(|| format!("{board} has no function {PER_PIXEL}"))?;
+    let double: Vec<_> = per_pixel.iter().filter(|name| is_double(name)).collect();
+    ensure!(
+        double.is_empty(),
+        "{board}: {PER_PIXEL} calls {double:?}, which are slow without double precision"
+    );
+    println!(
+        "{board}: none of the {} functions that rows go through is in double precision",
+        per_pixel.len()
+    );
+    Ok(())
+}
+
+/// Builds the program for silicon, as the linker scripts allow it, and returns its path.
+fn nucleo() -> Result<PathBuf> {
+    setup::rust_target(TRIPLE)?;
+    let target = shell::root().join("target/firmware/nucleo-h743zi");
+    let mut cargo = shell::cargo("build --release --locked --target-dir");
+    cargo.arg(&target).current_dir(shell::root().join("mcu/boards/nucleo-h743zi"));
+    shell::run(&mut cargo)?;
+    Ok(target.join(TRIPLE).join("release/monorange-nucleo-h743zi"))
 }

@@ -75,3 +75,20 @@ fn debian_packages(names: &[&str]) -> Result<()> {
     let mut install = shell::command("apt-get", ["install", "--quiet", "--yes", "--no-install-recommends"]);
     shell::run(install.args(names).env("DEBIAN_FRONTEND", "noninteractive"))
 }
+
+/// Makes sure that QEMU for Arm is there: root on Debian and its kin gets the package.
+pub(crate) fn qemu() -> Result<()> {
+    if shell::command("qemu-system-arm", ["--version"]).output().is_ok() {
+        return Ok(());
+    }
+    let is_root = shell::command("id", ["-u"]).output().is_ok_and(|id| id.stdout.trim_ascii() == b"0");
+    let has_apt = shell::command("apt-get", ["--version"]).output().is_ok();
+    if is_root && has_apt {
+        shell::run(&mut shell::command("apt-get", ["update", "--quiet"]))?;
+        let words = ["install", "--yes", "--quiet", "--no-install-recommends", "qemu-system-arm"];
+        return shell::run(shell::command("apt-get", words).env("DEBIAN_FRONTEND", "noninteractive"));
+    }
+    anyhow::bail!(
+        "qemu-system-arm is missing: install your system's package (Debian: `sudo apt install qemu-system-arm`)"
+    )
+}

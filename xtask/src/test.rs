@@ -1,13 +1,17 @@
 //! `cargo xtask test`: what CI runs.
-use crate::{setup, shell, web};
+use crate::{firmware, setup, shell, web};
 use anyhow::Result;
 use std::time::Instant;
+
+/// Pictures that the emulated co-processors get: each takes a second on its way through the line.
+const FRAMES: usize = 40;
 
 pub(crate) fn run() -> Result<()> {
     stage("format and lints", lints)?;
     stage("tests", tests)?;
     stage("core on bare targets", bare_targets)?;
-    stage("the page", web::test)
+    stage("the page", web::test)?;
+    stage("co-processor in QEMU", || firmware::test(FRAMES))
 }
 
 fn stage(name: &str, checks: fn() -> Result<()>) -> Result<()> {

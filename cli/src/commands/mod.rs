@@ -1,6 +1,7 @@
 //! The commands, one module each: its arguments, and `run`.
 pub mod calibrate_mount;
 pub mod evaluate;
+pub mod feed;
 pub mod keypoints;
 pub mod landmarks;
 pub mod matching;
@@ -39,6 +40,7 @@ enum Command {
     Evaluate(evaluate::Arguments),
     CalibrateMount(calibrate_mount::Arguments),
     Reproduce(reproduce::Arguments),
+    Feed(feed::Arguments),
 }
 
 /// Runs the command that the arguments name.
@@ -57,5 +59,6 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::CalibrateMount(arguments) => calibrate_mount::run(&arguments),
         Command::Reproduce(arguments) => reproduce::run(&arguments),
+        Command::Feed(arguments) => feed::run(&arguments),
     }
 }

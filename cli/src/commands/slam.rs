@@ -36,9 +36,25 @@ Example:
   monorange slam --rig corridor-30/rig.toml --frames corridor-30/frames \\
     --odometry corridor-30/odometry.csv --truth corridor-30/truth.tum --out corridor-30/slam")]
 pub struct Arguments {
+    #[command(flatten)]
+    inputs: Inputs,
+    /// Landmarks that there is room for.
+    #[arg(long, value_name = "N", default_value_t = 512, value_parser = clap::value_parser!(u16).range(1..=4096))]
+    max_landmarks: u16,
+    /// The folder to write to.
+    #[arg(long, value_name = "DIR", default_value = "monorange-slam")]
+    out: PathBuf,
+    /// Print the summary as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// The files of a sequence.
+#[derive(Args, Debug)]
+pub(super) struct Inputs {
     /// Camera, mount and settings (TOML).
     #[arg(long, value_name = "FILE")]
-    rig: PathBuf,
+    pub(super) rig: PathBuf,
     /// The folder of pictures.
     #[arg(long, value_name = "DIR")]
     frames: PathBuf,
@@ -51,15 +67,6 @@ pub struct Arguments {
     /// True trajectory (TUM or CSV), for the report.
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
-    /// Landmarks that there is room for.
-    #[arg(long, value_name = "N", default_value_t = 512, value_parser = clap::value_parser!(u16).range(1..=4096))]
-    max_landmarks: u16,
-    /// The folder to write to.
-    #[arg(long, value_name = "DIR", default_value = "monorange-slam")]
-    out: PathBuf,
-    /// Print the summary as JSON.
-    #[arg(long)]
-    json: bool,
 }
 
 /// Runs the command.
@@ -67,21 +74,34 @@ pub struct Arguments {
 /// # Errors
 /// When a file is missing, malformed or does not fit the others, or nothing can be written.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let rig = Rig::read(&arguments.rig)?;
-    let files = SequenceFiles {
-        frames: &arguments.frames,
-        times: arguments.times.as_deref(),
-        odometry: arguments.odometry.as_deref(),
-        truth: arguments.truth.as_deref(),
-    };
-    let sequence = Sequence::read(files, &rig)?;
+    let rig = Rig::read(&arguments.inputs.rig)?;
+    let sequence = Sequence::read(arguments.inputs.files(), &rig)?;
     let mut outputs = Outputs::into_folder(&arguments.out)?;
     let mut drive = Drive::new(arguments, &rig, &sequence)?;
     drive.all_frames()?;
-    let run = drive.finish(arguments)?;
+    let run = drive.finish(&arguments.inputs)?;
     results::write(&mut outputs, &run)?;
     outputs.commit()?;
     results::print(&run, &arguments.out, arguments.json)
+}
+
+impl Inputs {
+    pub(super) fn files(&self) -> SequenceFiles<'_> {
+        SequenceFiles {
+            frames: &self.frames,
+            times: self.times.as_deref(),
+            odometry: self.odometry.as_deref(),
+            truth: self.truth.as_deref(),
+        }
+    }
+
+    /// `corridor/frames`, which says more than `frames`.
+    pub(super) fn title(&self) -> String {
+        let folder = std::path::absolute(&self.frames).unwrap_or_else(|_| self.frames.clone());
+        let names: Vec<_> =
+            folder.components().rev().take(2).map(|part| part.as_os_str().to_string_lossy()).collect();
+        names.into_iter().rev().collect::<Vec<_>>().join("/")
+    }
 }
 
 /// The pipeline on its way through the sequence, and what it has gathered.
@@ -106,16 +126,10 @@ impl<'a> Drive<'a> {
         let camera = rig.finder.camera();
         let memory = Memory::on_heap(camera.width(), camera.height(), usize::from(arguments.max_landmarks));
         let refused =
-            |error| Error::new(error).at(&arguments.rig).help("correct the setting in the rig file");
+            |error| Error::new(error).at(&arguments.inputs.rig).help("correct the setting in the rig file");
         let pipeline = Pipeline::new(rig.settings, memory).map_err(refused)?;
         let start = sequence.times.first().copied().unwrap_or_default();
-        let folder = std::path::absolute(&arguments.frames).unwrap_or_else(|_| arguments.frames.clone());
-        // `corridor/frames` says more than `frames`.
-        let names: Vec<_> =
-            folder.components().rev().take(2).map(|part| part.as_os_str().to_string_lossy()).collect();
-        let title = names.into_iter().rev().collect::<Vec<_>>().join("/");
-        let command = std::env::args().collect::<Vec<_>>().join(" ");
-        let mut run = Run::of_pictures(title, command, rig, sequence.images.len());
+        let mut run = new_run(&arguments.inputs, rig, sequence);
         run.unmeasured = sequence.odometry.is_none().then_some(0);
         let carrier = rig.settings.carrier;
         let free = carrier == Carrier::Free;
@@ -245,7 +259,7 @@ impl<'a> Drive<'a> {
         Ok(())
     }
 
-    fn finish(mut self, arguments: &Arguments) -> Result<Run> {
+    fn finish(mut self, arguments: &Inputs) -> Result<Run> {
         self.run.map = confirmed_map(self.pipeline.filter(), self.start);
         self.run.verdict = match self.pipeline.health().measurements {
             0 => "unchecked",
@@ -253,19 +267,31 @@ impl<'a> Drive<'a> {
         };
         self.run.mean_nis = self.pipeline.health().mean_nis();
         self.run.shots = self.shots.into_iter().flatten().map(|(_, shot)| shot).collect();
-        let points = |name| match beside(&arguments.frames, name) {
-            None => Ok(Vec::new()),
-            Some(path) => points(&path),
-        };
-        let laser = points("laser.csv")?;
-        let Some(path) = &arguments.truth else {
-            self.run.laser = laser;
-            return Ok(self.run);
-        };
-        match self.run.compare(self.start, &self.sequence.truth, &laser, &points("landmarks.csv")?) {
-            true => Ok(self.run),
-            false => Err(results::no_first_pose(self.start).at(path)),
-        }
+        add_truth(&mut self.run, arguments, self.sequence, self.start)?;
+        Ok(self.run)
+    }
+}
+
+/// A run of a sequence before its first frame.
+pub(super) fn new_run(arguments: &Inputs, rig: &Rig, sequence: &Sequence) -> Run {
+    let command = std::env::args().collect::<Vec<_>>().join(" ");
+    Run::of_pictures(arguments.title(), command, rig, sequence.images.len())
+}
+
+/// Adds what is true, and how far the run is off.
+pub(super) fn add_truth(run: &mut Run, arguments: &Inputs, sequence: &Sequence, start: f64) -> Result<()> {
+    let points = |name| match beside(&arguments.frames, name) {
+        None => Ok(Vec::new()),
+        Some(path) => points(&path),
+    };
+    let laser = points("laser.csv")?;
+    let Some(path) = &arguments.truth else {
+        run.laser = laser;
+        return Ok(());
+    };
+    match run.compare(start, &sequence.truth, &laser, &points("landmarks.csv")?) {
+        true => Ok(()),
+        false => Err(results::no_first_pose(start).at(path)),
     }
 }
 

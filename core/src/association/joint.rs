@@ -18,7 +18,7 @@
 )]
 use super::gate::{cholesky, forward};
 use crate::Real;
-use crate::sort::sort_small;
+use crate::sort::sort_by_key;
 use nalgebra::{Matrix2, Vector2};
 
 /// Measurements that one joint search pairs.
@@ -49,11 +49,7 @@ pub trait Correlated<T> {
 
 /// Keeps, in place, the exclusive nearest candidates; `candidates` comes back sorted by measurement.
 pub fn exclusive_nearest<T: Real>(candidates: &mut heapless::Vec<Candidate<T>, MAX_CANDIDATES>) {
-    let order = |a: &Candidate<T>, b: &Candidate<T>| {
-        let by_cost = a.cost.partial_cmp(&b.cost).unwrap_or(core::cmp::Ordering::Equal);
-        by_cost.then(a.observation.cmp(&b.observation)).then(a.landmark.cmp(&b.landmark))
-    };
-    sort_small(candidates, order);
+    sort_by_key(candidates, |pair| (pair.cost, pair.observation, pair.landmark));
     let mut kept = 0;
     for index in 0..candidates.len() {
         let next = candidates[index];
@@ -65,7 +61,12 @@ pub fn exclusive_nearest<T: Real>(candidates: &mut heapless::Vec<Candidate<T>, M
         }
     }
     candidates.truncate(kept);
-    sort_small(candidates, |a, b| a.observation.cmp(&b.observation));
+    sort_by_key(candidates, |pair| pair.observation);
+}
+
+/// Sorts by measurement, and those of one measurement by cost: the first descent of a joint search is then the greedy one.
+pub(crate) fn sort_for_search<T: Real>(candidates: &mut [Candidate<T>]) {
+    sort_by_key(candidates, |pair| (pair.observation, pair.cost, pair.landmark));
 }
 
 /// A set of pairs.

@@ -5,6 +5,7 @@ mod pixels;
 
 pub use gate::{CHI2_99, Gate, inflation, normalised_square};
 pub(crate) use gate::{cholesky, forward};
+pub(crate) use joint::sort_for_search;
 pub use joint::{
     Candidate, Correlated, JointResult, MAX_CANDIDATES, MAX_PAIRS, exclusive_nearest, joint_compatibility,
 };

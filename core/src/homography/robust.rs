@@ -6,7 +6,7 @@ use super::refine::{Effort, Family, Free, Refined, refine, step, variance_factor
 use super::sample::{Sampler, homography_of_four};
 use super::{Homography, Match, NoHomography};
 use crate::Real;
-use crate::sort::sort_small;
+use crate::sort::sort_by_key;
 use nalgebra::{Matrix3, SMatrix, Vector2};
 
 /// Settings of [`estimate_homography`].
@@ -310,7 +310,7 @@ pub fn direct_linear_transform<T: Real>(matches: &[Match<T>]) -> Result<Matrix3<
     let eigen = scatter.symmetric_eigen();
     let smallest = eigen.eigenvalues.imin();
     let mut values: [T; 9] = eigen.eigenvalues.into();
-    sort_small(&mut values, |a, b| a.partial_cmp(b).unwrap_or(core::cmp::Ordering::Equal));
+    sort_by_key(&mut values, |value| *value);
     let [_, second, .., largest] = values;
     // A second null direction: points on a line, or too few different ones.
     let determined = second > largest * T::default_epsilon() * T::lit(64.0);

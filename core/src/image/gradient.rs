@@ -1,5 +1,13 @@
+use super::lanes::{both, join, pairs, split};
+
 /// Gradient values to a grey level per pixel: 16 of the smoothing times 8 of Sobel's kernel.
 pub const GRADIENT_SCALE: f32 = 128.0;
+
+/// A gradient of zero as it is stored: gradients lie within ±16 320, so that with this added they are positive and leave the
+/// highest bit free.
+pub const GRADIENT_ZERO: u16 = 1 << 14;
+/// What is added to the difference of two smoothed values, of which [`gradient_row`] adds four.
+const DIFFERENCE_ZERO: u16 = GRADIENT_ZERO / 4;
 
 /// Variance of G(x + 1) − G(x − 1) + 2δ (2 G(x) − G(x − 1) − G(x + 1)), taken across an edge, for white noise of
 /// variance 1 in the picture and averaged over sub-pixel offsets δ of ±½: what shifts a maximum. The squared norms
@@ -15,26 +23,41 @@ pub fn correlation_length(stride: usize) -> f32 {
     1.0 + 2.0 * lags.sum::<f32>() / 924.0
 }
 
-/// Writes Sobel's [1 2 1]ᵀ and [−1 0 1]ᵀ over three smoothed rows; the second is signed.
+/// Writes Sobel's [1 2 1]ᵀ and [−1 0 1]ᵀ over three smoothed rows, the second with a quarter of [`GRADIENT_ZERO`] added.
 pub fn column_sums(rows: [&[u16]; 3], sum: &mut [u16], difference: &mut [u16]) {
-    let [above, at, below] = rows;
-    for ((((sum, difference), a), b), c) in sum.iter_mut().zip(difference).zip(above).zip(at).zip(below) {
-        *sum = a + 2 * b + c;
-        *difference = c.wrapping_sub(*a);
+    let combined = |[above, at, below]: [u32; 3]| {
+        (above + 2 * at + below, below + const { both(DIFFERENCE_ZERO) } - above)
+    };
+    let last = sum.len().saturating_sub(1);
+    let [above, at, below] = rows.map(|row| pairs(row, 0));
+    let (sums, rest_of_sum) = sum.as_chunks_mut::<2>();
+    let (differences, rest_of_difference) = difference.as_chunks_mut::<2>();
+    for ((((sum, difference), a), b), c) in sums.iter_mut().zip(differences).zip(above).zip(at).zip(below) {
+        let (added, subtracted) = combined([a, b, c].map(|pair| join(*pair)));
+        (*sum, *difference) = (split(added), split(subtracted));
+    }
+    if let ([sum], [difference]) = (rest_of_sum, rest_of_difference) {
+        let (added, subtracted) = combined(rows.map(|row| row.get(last).copied().unwrap_or(0).into()));
+        (*sum, *difference) = (added as u16, subtracted as u16);
     }
 }
 
-/// Writes the gradient (G_u, G_v) as signed 16-bit values; both are two shorter than the column sums.
+/// Writes the gradient (G_u, G_v), each with [`GRADIENT_ZERO`] added; both are two shorter than the column sums.
 pub fn gradient_row(sum: &[u16], difference: &[u16], along_u: &mut [u16], along_v: &mut [u16]) {
-    for (out, window) in along_u.iter_mut().zip(sum.windows(3)) {
-        if let [left, _, right] = window {
-            *out = right.wrapping_sub(*left);
-        }
+    let (out, rest) = along_u.as_chunks_mut::<2>();
+    for ((out, left), right) in out.iter_mut().zip(pairs(sum, 0)).zip(pairs(sum, 2)) {
+        *out = split(join(*right) + const { both(GRADIENT_ZERO) } - join(*left));
     }
-    for (out, window) in along_v.iter_mut().zip(difference.windows(3)) {
-        if let [left, at, right] = window {
-            *out = left.wrapping_add(at.wrapping_mul(2)).wrapping_add(*right);
-        }
+    if let ([out], [.., left, _, right]) = (rest, sum) {
+        *out = right + GRADIENT_ZERO - left;
+    }
+    let (out, rest) = along_v.as_chunks_mut::<2>();
+    let [left, at, right] = [0, 1, 2].map(|start| pairs(difference, start));
+    for (((out, left), at), right) in out.iter_mut().zip(left).zip(at).zip(right) {
+        *out = split(join(*left) + 2 * join(*at) + join(*right));
+    }
+    if let ([out], [.., left, at, right]) = (rest, difference) {
+        *out = left + 2 * at + right;
     }
 }
 
@@ -42,6 +65,7 @@ pub fn gradient_row(sum: &[u16], difference: &[u16], along_u: &mut [u16], along_
 mod tests {
     use super::super::{smooth_column, smooth_row};
     use super::*;
+    use proptest::prelude::*;
     use std::{vec, vec::Vec};
 
     fn gradient_at_centre(pixel: impl Fn(i32, i32) -> u8) -> (i16, i16) {
@@ -63,7 +87,7 @@ mod tests {
         column_sums(std::array::from_fn(|k| rows[k].as_slice()), &mut sum, &mut difference);
         let (mut along_u, mut along_v) = ([0], [0]);
         gradient_row(&sum, &difference, &mut along_u, &mut along_v);
-        (along_u[0] as i16, along_v[0] as i16)
+        ([along_u[0], along_v[0]].map(|g: u16| g as i16 - GRADIENT_ZERO as i16)).into()
     }
 
     #[test]
@@ -77,6 +101,26 @@ mod tests {
         let (along_u, along_v) = gradient_at_centre(|u, _| if u > 0 { 255 } else { 0 });
         assert!(along_u > 10_000 && along_v == 0);
         assert_eq!(gradient_at_centre(|u, _| if u > 0 { 0 } else { 255 }), (-along_u, 0));
+    }
+
+    proptest! {
+        #[test]
+        fn rows_of_any_length_agree_with_sobels_kernel(
+            rows in (3_usize..70).prop_flat_map(|n| prop::array::uniform3(prop::collection::vec(0..=4080_u16, n))),
+        ) {
+            let length = rows[0].len();
+            let (mut sum, mut difference) = (vec![0; length], vec![0; length]);
+            column_sums([&rows[0], &rows[1], &rows[2]], &mut sum, &mut difference);
+            let (mut along_u, mut along_v) = (vec![0; length - 2], vec![0; length - 2]);
+            gradient_row(&sum, &difference, &mut along_u, &mut along_v);
+            for k in 0..length - 2 {
+                let at = |row: usize, column: usize| i32::from(rows[row][k + column]);
+                let u = at(0, 2) + 2 * at(1, 2) + at(2, 2) - at(0, 0) - 2 * at(1, 0) - at(2, 0);
+                let v = at(2, 0) + 2 * at(2, 1) + at(2, 2) - at(0, 0) - 2 * at(0, 1) - at(0, 2);
+                let zero = i32::from(GRADIENT_ZERO);
+                prop_assert_eq!((i32::from(along_u[k]), i32::from(along_v[k])), (u + zero, v + zero));
+            }
+        }
     }
 
     #[test]

@@ -18,26 +18,26 @@
 //! | I | rows of `u8` | grey level | 255 |
 //! | bᵀ ∗ I | [`smooth_row`] | 1/16 grey level | 4080 |
 //! | S | [`smooth_column`] | 1/16 grey level | 4080 |
-//! | G_u, G_v | [`gradient_row`] | 1/128 grey level per pixel | ±16 320, so an `i16` in a `u16` buffer |
+//! | G_u, G_v | [`gradient_row`] | 1/128 grey level per pixel | ±16 320, stored with [`GRADIENT_ZERO`] added |
 //! | M | [`threshold_row`] | bit, first pixel in bit 0 of word 0 | – |
 //!
 //! White noise of variance σ² in I has variance 303 σ² in G (its kernel's squared norm over 16²) and is
 //! correlated along an edge over about four pixels: [`NOISE_GAIN`], [`correlation_length`].
 //!
-//! Loops are zipped slices without branches, so that they become vector instructions where there are any;
-//! a scalar machine needs about 55 instructions a pixel for all of it.
+//! Loops are zipped slices without branches, over two 16-bit values at a time: see the module `lanes`.
 mod gradient;
 mod grey;
+mod lanes;
 mod mask;
 mod noise;
 mod rows;
 mod smooth;
 
-pub use gradient::{GRADIENT_SCALE, NOISE_GAIN, column_sums, correlation_length, gradient_row};
-pub use grey::Grey;
-pub use mask::{
-    close_column, close_row, intersect, keep_maxima, mask_bit, mask_len, open_row, threshold_row, unite,
+pub use gradient::{
+    GRADIENT_SCALE, GRADIENT_ZERO, NOISE_GAIN, column_sums, correlation_length, gradient_row,
 };
+pub use grey::Grey;
+pub use mask::{close_column, close_row, intersect, mask_bit, mask_len, open_row, threshold_row, unite};
 pub use noise::NoiseLevel;
 pub use rows::{GradientRows, LINE_BUFFERS, MARGIN, MAX_OPENING, OpeningRows};
 pub use smooth::{smooth_column, smooth_row};

@@ -1,9 +1,8 @@
 use super::config::ExtractConfig;
 use super::edge::{EdgePoint, NEAR_CORNER};
-use super::extraction::{Corner, Extraction, Line, MAX_LINES};
+use super::extraction::{Corner, Extraction, Line, MAX_CORNERS, MAX_LINES};
 use super::fit::{Sampling, fit};
 use crate::geometry::{Camera, RangeFinder};
-use crate::sort::sort_small;
 use heapless::Vec;
 use nalgebra::{Matrix2, Vector2};
 
@@ -129,9 +128,15 @@ impl CornerSearch<'_> {
                 },
             );
         }
-        sort_small(&mut corners, |a, b| a.covariance.trace().total_cmp(&b.covariance.trace()));
+        let kept = &mut extraction.corners;
         for corner in &corners {
-            extraction.truncations.corners += u32::from(extraction.corners.push(*corner).is_err());
+            let better = |other: &Corner| other.covariance.trace() <= corner.covariance.trace();
+            let rank = kept.iter().take_while(|other| better(other)).count();
+            if kept.is_full() {
+                extraction.truncations.corners += 1;
+                kept.truncate(MAX_CORNERS - 1);
+            }
+            let _ = kept.insert(rank.min(kept.len()), *corner); // there is room
         }
     }
 

@@ -4,6 +4,8 @@ use nalgebra::Vector2;
 
 /// Directions are counted in 256 steps to a turn.
 pub(super) const STEPS: f32 = 256.0;
+/// Half a grey level per pixel, as gradients are stored.
+const HALF_LEVEL: u32 = GRADIENT_SCALE as u32 / 2;
 /// Largest sub-pixel offset of a maximum between three samples.
 const MAX_OFFSET: f32 = 0.75;
 
@@ -43,13 +45,12 @@ impl EdgePoint {
 /// Gradients of three neighbouring pixels across an edge, as (G_u, G_v).
 pub(super) type Profile = [(i32, i32); 3];
 
-/// The maximum of a gradient profile: sub-pixel offset from the middle sample, directional derivative there and
-/// curvature of its logarithm.
+/// The maximum of a gradient profile: sub-pixel offset from the middle sample and curvature of the profile's logarithm.
 ///
 /// Samples are projected on the middle gradient; through their logarithms goes a parabola, which is exact for the
 /// Gaussian profile of a blurred step, where a parabola through the samples themselves is off by 0.02 px. The
 /// logarithm of a ratio r is 2 (r − 1)/(r + 1) up to (ln r)³/12.
-pub(super) fn maximum(profile: Profile) -> Option<(f32, f32, f32)> {
+pub(super) fn maximum(profile: Profile) -> Option<(f32, f32)> {
     let [before, (u, v), after] = profile;
     let projected = |(a, b): (i32, i32)| (a * u + b * v) as f32; // at most 2 · 16320² < 2³¹
     let middle = projected((u, v));
@@ -60,7 +61,7 @@ pub(super) fn maximum(profile: Profile) -> Option<(f32, f32, f32)> {
     let (left, right) = (fall(projected(before)), fall(projected(after)));
     let curvature = left + right;
     let offset = 0.5 * (left - right) / curvature;
-    (curvature > 0.01 && offset.abs() <= MAX_OFFSET).then(|| (offset, libm::sqrtf(middle), curvature))
+    (curvature > 0.01 && offset.abs() <= MAX_OFFSET).then_some((offset, curvature))
 }
 
 /// A direction in 256ths of a turn, off by at most one.
@@ -75,16 +76,50 @@ pub(super) fn steps_from_direction(x: f32, y: f32) -> u8 {
     (turn + 0.5) as u32 as u8
 }
 
+/// Cosines of the directions of the first quarter of a turn, made when the program is built: the same bits on every target.
+#[allow(clippy::indexing_slicing, reason = "a place out of bounds would not build")]
+static COSINES: [f32; 65] = {
+    let mut cosines = [0.0; 65];
+    let mut step = 0;
+    while step <= 64 {
+        // The Taylor series of the sine of the rest of the quarter turn.
+        let angle = (64 - step) as f64 * (core::f64::consts::PI / 128.0);
+        let (mut sum, mut term, mut power) = (0.0, angle, 1.0);
+        while power < 30.0 {
+            sum += term;
+            term *= -angle * angle / ((power + 1.0) * (power + 2.0));
+            power += 2.0;
+        }
+        cosines[step] = sum as f32;
+        step += 1;
+    }
+    cosines
+};
+
+/// The unit vector of a direction in 256ths of a turn.
+#[inline]
+pub(super) fn unit(direction: u8) -> Vector2<f32> {
+    let cosine = |step: u8| {
+        let from_axis = step.min(step.wrapping_neg());
+        let size = COSINES.get(usize::from(from_axis.min(128 - from_axis))).copied().unwrap_or(0.0);
+        if from_axis > 64 { -size } else { size }
+    };
+    Vector2::new(cosine(direction), cosine(direction.wrapping_sub(64)))
+}
+
 /// The bookkeeping of a list of edge points that is thinned, not cut, when there are more than fit: the stride
 /// doubles and every second point along every edge goes, so that what remains covers the picture evenly.
 ///
 /// Points enter with their position in the picture's pixels, in the order of rows. Those on steep edges wait
-/// until the opening along the columns has seen enough rows below them.
+/// until the opening along the columns has seen enough rows below them: the list is the settled points, a gap where points
+/// were dropped, and the waiting ones, each of which is looked at once.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EdgeList {
-    pub(super) len: usize,
-    /// Points before this index are final.
-    confirmed: usize,
+    /// Points before this index are settled.
+    settled: usize,
+    /// The first point that waits, or that comes after one.
+    waiting: usize,
+    end: usize,
     /// Every how many pixels along its dominant axis an edge keeps a point.
     pub(super) stride: usize,
     /// Points that were found, whether kept or not.
@@ -93,7 +128,12 @@ pub(super) struct EdgeList {
 
 impl EdgeList {
     pub(super) fn new() -> Self {
-        Self { len: 0, confirmed: 0, stride: 1, found: 0 }
+        Self { settled: 0, waiting: 0, end: 0, stride: 1, found: 0 }
+    }
+
+    /// Points in the list.
+    pub(super) fn len(&self) -> usize {
+        self.settled + self.end - self.waiting
     }
 
     /// Whether thinning keeps an edge point at this pixel; counts it either way.
@@ -107,85 +147,98 @@ impl EdgeList {
         along & (self.stride - 1) == 0 // a power of two
     }
 
-    /// Adds the maximum `(offset, strength, curvature)` found across the edge at a pixel with this gradient.
+    /// Adds the maximum `(offset, curvature)` found across the edge at a pixel with this gradient.
     pub(super) fn push(
         &mut self,
         points: &mut [EdgePoint],
         (column, row): (usize, usize),
         (gradient_u, gradient_v): (i32, i32),
         direction: u8,
-        (offset, strength, curvature): (f32, f32, f32),
+        (offset, curvature): (f32, f32),
     ) {
         let steep = gradient_u.abs() >= gradient_v.abs();
         let (u, v) = (column as f32, row as f32);
         let (gu, gv) = (gradient_u as f32, gradient_v as f32);
         let longer = gu.abs().max(gv.abs());
+        let length = (gradient_u * gradient_u + gradient_v * gradient_v).unsigned_abs().isqrt();
         // The samples were taken along an axis; along the normal the profile is narrower by the cosine.
         let curvature = curvature * ((gu * gu + gv * gv) / (longer * longer));
         let point = EdgePoint {
             position: if steep { Vector2::new(u + offset, v) } else { Vector2::new(u, v + offset) },
             direction,
-            strength: (strength * (2.0 / GRADIENT_SCALE) + 0.5) as u8,
+            strength: u8::try_from((length + HALF_LEVEL / 2) / HALF_LEVEL).unwrap_or(u8::MAX),
             curvature: (curvature * 256.0 + 0.5) as u8,
             owner: if steep { PENDING } else { NO_OWNER },
         };
         while (if steep { row } else { column }).is_multiple_of(self.stride) {
-            if let Some(slot) = points.get_mut(self.len) {
+            if let Some(slot) = points.get_mut(self.end) {
                 *slot = point;
-                self.len += 1;
+                self.end += 1;
                 return;
             }
             if points.is_empty() {
                 return;
             }
-            self.thin(points);
+            if !self.close_gap(points) {
+                self.thin(points);
+            }
         }
     }
 
+    /// Moves the waiting points up to the settled ones; returns whether that made room.
+    pub(super) fn close_gap(&mut self, points: &mut [EdgePoint]) -> bool {
+        let gap = self.waiting - self.settled;
+        if gap > 0 && self.end <= points.len() {
+            points.copy_within(self.waiting..self.end, self.settled);
+            self.waiting = self.settled;
+            self.end -= gap;
+        }
+        gap > 0
+    }
+
+    /// Doubles the stride; there is no gap.
     fn thin(&mut self, points: &mut [EdgePoint]) {
         self.stride *= 2;
         let stride = self.stride;
-        let waiting = self.confirmed;
-        let mut before = 0;
-        self.retain(points, 0, |index, point| {
+        let mut settled = 0;
+        let before = self.settled;
+        self.retain(points, |index, point| {
             // A point on a steep edge lies exactly on a row, one on a flat edge exactly on a column.
             let (x, y) = (point.position.x, point.position.y);
             let along = if y == (y as u32) as f32 { y } else { x };
             let kept = (along as usize).is_multiple_of(stride);
-            before += usize::from(kept && index < waiting);
+            settled += usize::from(kept && index < before);
             kept
         });
-        self.confirmed = before;
+        (self.settled, self.waiting) = (settled, settled);
     }
 
     /// Settles the waiting points of `row`: those whose column is `opened` stay.
     pub(super) fn confirm(&mut self, points: &mut [EdgePoint], row: usize, opened: impl Fn(usize) -> bool) {
         let row = row as f32;
-        let mut settled = self.confirmed;
-        let mut passed = false;
-        self.retain(points, self.confirmed, |_, point| {
-            let waiting = point.owner == PENDING;
-            passed |= waiting && point.position.y > row;
-            if passed {
-                return true;
+        while let Some(point) = points.get(self.waiting).filter(|_| self.waiting < self.end) {
+            let mut point = *point;
+            let waits = point.owner == PENDING;
+            if waits && point.position.y > row {
+                return;
             }
-            let kept = !waiting || opened((point.position.x + 0.5) as usize);
+            self.waiting += 1;
+            if waits && !opened((point.position.x + 0.5) as usize) {
+                continue;
+            }
             point.owner = NO_OWNER;
-            settled += usize::from(kept);
-            kept
-        });
-        self.confirmed = settled;
+            if let Some(slot) = points.get_mut(self.settled) {
+                *slot = point;
+                self.settled += 1;
+            }
+        }
     }
 
-    /// Moves every point to where an ideal camera would see it; drops those outside the lens model.
-    pub(super) fn undistort(
-        &mut self,
-        points: &mut [EdgePoint],
-        lens: &LensGrid,
-        turn: &[Vector2<f32>; 256],
-    ) {
-        self.retain(points, 0, |_, point| {
-            let normal = turn.get(usize::from(point.direction)).copied().unwrap_or_default();
+    /// Moves every point to where an ideal camera would see it; drops those outside the lens model. No point waits any more.
+    pub(super) fn undistort(&mut self, points: &mut [EdgePoint], lens: &LensGrid<'_>) {
+        self.close_gap(points);
+        self.retain(points, |_, point| {
+            let normal = unit(point.direction);
             let tangent = Vector2::new(normal.y, -normal.x);
             let ideal = lens.ideal_from_pixel(point.position, tangent);
             if let Some((position, tangent)) = ideal {
@@ -194,16 +247,12 @@ impl EdgeList {
             }
             ideal.is_some()
         });
+        (self.settled, self.waiting) = (self.end, self.end);
     }
 
-    fn retain(
-        &mut self,
-        points: &mut [EdgePoint],
-        from: usize,
-        mut keep: impl FnMut(usize, &mut EdgePoint) -> bool,
-    ) {
-        let mut kept = from;
-        for index in from..self.len {
+    fn retain(&mut self, points: &mut [EdgePoint], mut keep: impl FnMut(usize, &mut EdgePoint) -> bool) {
+        let mut kept = 0;
+        for index in 0..self.end {
             let Some(mut point) = points.get(index).copied() else { break };
             if keep(index, &mut point) {
                 if let Some(slot) = points.get_mut(kept) {
@@ -212,7 +261,7 @@ impl EdgeList {
                 kept += 1;
             }
         }
-        self.len = kept;
+        self.end = kept;
     }
 }
 
@@ -232,6 +281,16 @@ mod tests {
     }
 
     #[test]
+    fn unit_vectors_are_the_nearest_to_their_directions() {
+        for step in 0..=255 {
+            let angle = f64::from(step) * std::f64::consts::TAU / 256.0;
+            let exact = Vector2::new(angle.cos() as f32, angle.sin() as f32);
+            assert!((unit(step) - exact).amax() < 1e-7, "{step}");
+        }
+        assert_eq!((unit(64).x, unit(128).y), (0.0, 0.0));
+    }
+
+    #[test]
     fn the_maximum_of_a_gaussian_profile_is_found_within_two_thousandths() {
         for tenth in -5..=5 {
             let offset = tenth as f32 / 10.0;
@@ -239,7 +298,7 @@ mod tests {
                 let value = 8000.0 * (-(x - offset).powi(2) / (2.0 * 2.0)).exp();
                 ((value * 0.8) as i32, (value * 0.6) as i32)
             });
-            let (found, _, curvature) = maximum(profile).unwrap();
+            let (found, curvature) = maximum(profile).unwrap();
             assert!((found - offset).abs() < 2e-3, "{found} instead of {offset}");
             assert!((curvature - 0.5).abs() < 0.02, "{curvature}");
         }
@@ -252,29 +311,31 @@ mod tests {
         for row in 0..200 {
             for column in [10, 50] {
                 if list.wants((column, row), (1000, 0)) {
-                    list.push(&mut points, (column, row), (1000, 0), 0, (0.25, 1000.0, 0.5));
+                    list.push(&mut points, (column, row), (1000, 0), 0, (0.25, 0.5));
                 }
             }
             list.confirm(&mut points, row, |_| true);
         }
+        list.close_gap(&mut points);
         assert_eq!((list.found, list.stride), (400, 8));
-        let rows: Vec<f32> = points[..list.len].iter().step_by(2).map(|p| p.position.y).collect();
+        let rows: Vec<f32> = points[..list.len()].iter().step_by(2).map(|p| p.position.y).collect();
         assert_eq!(rows, (0..25).map(|k| k as f32 * 8.0).collect::<Vec<_>>());
-        assert!(points[..list.len].iter().all(|p| p.owner == NO_OWNER));
+        assert!(points[..list.len()].iter().all(|p| p.owner == NO_OWNER));
     }
 
     #[test]
     fn points_outside_the_opened_mask_go_and_flat_ones_stay() {
         let mut points = [EdgePoint::default(); 8];
         let mut list = EdgeList::new();
-        list.push(&mut points, (3, 5), (1000, 0), 0, (0.0, 1000.0, 0.5));
-        list.push(&mut points, (4, 5), (1000, 0), 0, (0.0, 1000.0, 0.5));
-        list.push(&mut points, (9, 5), (0, 1000), 64, (0.4, 1000.0, 0.5));
-        list.push(&mut points, (3, 6), (1000, 0), 0, (0.0, 1000.0, 0.5));
+        list.push(&mut points, (3, 5), (1000, 0), 0, (0.0, 0.5));
+        list.push(&mut points, (4, 5), (1000, 0), 0, (0.0, 0.5));
+        list.push(&mut points, (9, 5), (0, 1000), 64, (0.4, 0.5));
+        list.push(&mut points, (3, 6), (1000, 0), 0, (0.0, 0.5));
         list.confirm(&mut points, 5, |column| column == 4);
-        let columns: Vec<f32> = points[..list.len].iter().map(|p| p.position.x).collect();
+        list.close_gap(&mut points);
+        let columns: Vec<f32> = points[..list.len()].iter().map(|p| p.position.x).collect();
         assert_eq!(columns, [4.0, 9.0, 3.0]);
         list.confirm(&mut points, 6, |_| false);
-        assert_eq!(list.len, 2);
+        assert_eq!(list.len(), 2);
     }
 }

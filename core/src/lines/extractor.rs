@@ -1,25 +1,21 @@
 use super::config::ExtractConfig;
 use super::corner::{CornerSearch, FLOOR_OWNER, VERTICAL_OWNER};
-use super::edge::{EdgeList, EdgePoint, Profile, STEPS, maximum, steps_from_direction};
+use super::edge::{EdgeList, EdgePoint, STEPS};
+use super::edge_search::{EdgeSearch, FLOOR, VERTICAL};
 use super::extraction::{Extraction, Line};
 use super::fit::Sampling;
 use super::hough::Pass;
-use super::lens::LensGrid;
+use super::lens::{LENS_WORDS, LensGrid};
 use super::search::Search;
 use crate::geometry::RangeFinder;
 use crate::image::{
-    GRADIENT_SCALE, GradientRows, Grey, LINE_BUFFERS, MARGIN, NoiseLevel, OpeningRows, close_row,
-    keep_maxima, mask_bit, mask_len, open_row, threshold_row,
+    GRADIENT_SCALE, GradientRows, Grey, LINE_BUFFERS, MARGIN, NoiseLevel, OpeningRows, mask_len,
 };
 use crate::{Error, Result};
 use nalgebra::Vector2;
 
 /// Every how many rows the noise is measured.
 const NOISE_ROWS: usize = 8;
-/// Bits of [`Extractor::kinds`].
-const VERTICAL: u8 = 1;
-const FLOOR: u8 = 2;
-
 /// The 16-bit words that an extractor for pictures of this size should be lent: line buffers, and a Hough
 /// accumulator with cells of 2 px.
 pub const fn row_words(width: usize, height: usize) -> usize {
@@ -27,8 +23,13 @@ pub const fn row_words(width: usize, height: usize) -> usize {
     if accumulator > LINE_BUFFERS * width { accumulator } else { LINE_BUFFERS * width }
 }
 
-/// The 32-bit words of masks that an extractor for pictures of this width needs.
+/// The 32-bit words that an extractor for pictures of this width needs: masks, and the lens's displacements.
 pub const fn mask_words(width: usize) -> usize {
+    row_masks(width) + LENS_WORDS
+}
+
+/// Those of them that are masks.
+const fn row_masks(width: usize) -> usize {
     OpeningRows::words(width) + mask_len(width)
 }
 
@@ -76,10 +77,7 @@ pub const fn point_count(width: usize, height: usize) -> usize {
 pub struct Extractor<R, M, P> {
     config: ExtractConfig,
     finder: RangeFinder<f32>,
-    lens: LensGrid,
-    /// Unit vectors of the 256 directions.
-    turn: [Vector2<f32>; 256],
-    /// What an edge with this gradient direction can be.
+    /// What an edge with this gradient direction can be: [`VERTICAL`], [`FLOOR`], or nothing.
     kinds: [u8; 256],
     passes: [[Pass; 2]; 2],
     threshold: u16,
@@ -115,7 +113,7 @@ where
         config: ExtractConfig,
         finder: RangeFinder<f32>,
         words: R,
-        masks: M,
+        mut masks: M,
         points: P,
     ) -> Result<Self> {
         let config = config.validated()?;
@@ -131,19 +129,14 @@ where
         at_least("extractor.words", words.as_ref().len(), (LINE_BUFFERS * camera.width()).max(2 * capacity))?;
         at_least("extractor.masks", masks.as_ref().len(), mask_words(camera.width()))?;
 
-        let lens = LensGrid::new(&camera);
-        let mut turn = [Vector2::zeros(); 256];
-        for (step, unit) in (0_u16..).zip(&mut turn) {
-            let (sin, cos) = libm::sincosf(f32::from(step) * (core::f32::consts::TAU / STEPS));
-            *unit = Vector2::new(cos, sin);
-        }
+        let (_, grid) = masks.as_mut().split_at_mut(row_masks(camera.width()));
+        LensGrid::write(&camera, grid);
+        let lens = LensGrid::new(&camera, grid);
         let floor_top = libm::ceilf(config.floor_top * camera.height() as f32) as usize;
         let (origin, radius) = extent(&lens, camera.width(), camera.height());
         let mut extractor = Self {
             config,
             finder,
-            lens,
-            turn,
             kinds: [0; 256],
             passes: passes(&config),
             threshold: (config.edge_threshold * GRADIENT_SCALE) as u16,
@@ -178,13 +171,21 @@ where
         (self.words, self.masks, self.points)
     }
 
+    /// The 16-bit words it was lent, for any use between pictures: nothing is kept there, and a picture that has begun is
+    /// forgotten.
+    pub fn scratch(&mut self) -> &mut [u16] {
+        self.begin();
+        self.words.as_mut()
+    }
+
     /// Forgets the rows so far: the next one is the first of a picture.
     pub fn begin(&mut self) {
         self.row = 0;
         self.noise = NoiseLevel::default();
         self.edges = EdgeList::new();
         self.extraction = Extraction::default();
-        self.masks.as_mut().fill(0);
+        let (rows, _) = self.masks.as_mut().split_at_mut(row_masks(self.finder.camera().width()));
+        rows.fill(0);
     }
 
     /// Takes the next row.
@@ -212,7 +213,7 @@ where
             rows.push(newest, pixels);
         }
         if let Some(centre) = newest.checked_sub(MARGIN + 1).filter(|centre| *centre > MARGIN) {
-            self.find_edges(centre, true);
+            self.find_edges(centre, false);
         }
         Ok(())
     }
@@ -232,9 +233,11 @@ where
         if self.finder.camera().width() > 2 * (MARGIN + 1) {
             // Rows without edges push the last ones out of the opening.
             let last = height.saturating_sub(MARGIN + 1);
-            (last..last + self.config.opening + 1).for_each(|centre| self.find_edges(centre, false));
+            (last..last + self.config.opening + 1).for_each(|centre| self.find_edges(centre, true));
         }
-        self.edges.undistort(self.points.as_mut(), &self.lens, &self.turn);
+        let camera = self.finder.camera();
+        let (_, grid) = self.masks.as_ref().split_at(row_masks(camera.width()));
+        self.edges.undistort(self.points.as_mut(), &LensGrid::new(camera, grid));
         self.extraction.edge_points = self.edges.found;
         self.extraction.noise_std = self.noise.std();
         self.extraction.truncations.edge_stride = self.edges.stride;
@@ -256,74 +259,28 @@ where
 
     /// The edge points kept, after [`finish`](Self::finish).
     pub fn edge_points(&self) -> &[EdgePoint] {
-        self.points.as_ref().get(..self.edges.len).unwrap_or_default()
+        self.points.as_ref().get(..self.edges.len()).unwrap_or_default()
     }
 
-    /// Finds the maxima across edges in row `centre`, three rows of whose gradients are at hand.
-    fn find_edges(&mut self, centre: usize, real: bool) {
+    /// Finds the edge points of row `centre`; three rows of gradients are at hand, or the picture has ended.
+    fn find_edges(&mut self, centre: usize, ended: bool) {
         let width = self.finder.camera().width();
-        let newest = centre + MARGIN + 1;
-        let run = self.config.opening;
+        let search = EdgeSearch {
+            kinds: &self.kinds,
+            threshold: self.threshold,
+            run: self.config.opening,
+            floor_top: self.floor_top,
+        };
         let (masks, maxima) = self.masks.as_mut().split_at_mut(OpeningRows::words(width));
         let (Some(rows), Some(mut opening), Some(maxima)) = (
             GradientRows::new(self.words.as_mut(), width),
-            OpeningRows::new(masks, width, run),
+            OpeningRows::new(masks, width, search.run),
             maxima.get_mut(..mask_len(width)),
         ) else {
             return;
         };
-        let rows = rows.gradients(newest);
-        let [_, (gradient_u, gradient_v), _] = rows;
-        let opened = opening.push(centre, |mask| {
-            mask.fill(0);
-            if real {
-                threshold_row(gradient_u, self.threshold, mask);
-            }
-        });
-        let points = self.points.as_mut();
-        if let Some(row) = centre.checked_sub(run) {
-            self.edges.confirm(points, row, |column| mask_bit(opened, column - MARGIN));
-        }
-        if !real {
-            return;
-        }
-        let in_region = centre >= self.floor_top;
-        let wanted = if in_region { VERTICAL | FLOOR } else { VERTICAL };
-        let mut take = |index: usize, profile: Profile| {
-            let [_, gradient, _] = profile;
-            let direction = steps_from_direction(gradient.0 as f32, gradient.1 as f32);
-            let of_kind = self.kinds.get(usize::from(direction)).is_some_and(|kinds| kinds & wanted != 0);
-            let place = (index + MARGIN, centre);
-            if !of_kind || !self.edges.wants(place, gradient) {
-                return;
-            }
-            if let Some(maximum) = maximum(profile) {
-                self.edges.push(points, place, gradient, direction, maximum);
-            }
-        };
-        maxima.copy_from_slice(opening.newest(centre));
-        keep_maxima((gradient_u, -1), gradient_u, (gradient_u, 1), gradient_v, maxima);
-        for_each_one(maxima, |index| {
-            if let Some(profile) = across_columns(gradient_u, gradient_v, index) {
-                take(index, profile);
-            }
-        });
-        if !in_region {
-            return;
-        }
-        threshold_row(gradient_v, self.threshold, maxima);
-        close_row(maxima);
-        open_row(maxima, run);
-        let [(_, above), _, (_, below)] = rows;
-        keep_maxima((above, 0), gradient_v, (below, 0), gradient_u, maxima);
-        for_each_one(maxima, |index| {
-            let Some(profile) = across_rows(rows, index) else { return };
-            // Closing adds weak pixels, and the diagonal belongs to the columns.
-            let [_, (u, v), _] = profile;
-            if v.abs() > u.abs() && v.unsigned_abs() >= u32::from(self.threshold) {
-                take(index, profile);
-            }
-        });
+        let rows = (!ended).then(|| rows.gradients(centre + MARGIN + 1));
+        search.row(centre, rows, (&mut opening, maxima), self.points.as_mut(), &mut self.edges);
     }
 
     /// The lines and corners of the edge points.
@@ -331,11 +288,10 @@ where
         let camera = self.finder.camera();
         let height = camera.height() as f32;
         let sampling = Sampling { noise_std: self.extraction.noise_std, stride: self.edges.stride };
-        let points = self.points.as_mut().get_mut(..self.edges.len).unwrap_or_default();
+        let points = self.points.as_mut().get_mut(..self.edges.len()).unwrap_or_default();
         let words = self.words.as_mut();
         let mut search = Search {
             config: &self.config,
-            turn: &self.turn,
             sampling,
             origin: self.origin,
             radius: self.radius,
@@ -392,7 +348,7 @@ fn is_upright(finder: &RangeFinder<f32>, line: &Line, tolerance: f32) -> bool {
 }
 
 /// The middle of the undistorted picture, and the distance of its farthest point.
-fn extent(lens: &LensGrid, width: usize, height: usize) -> (Vector2<f32>, f32) {
+fn extent(lens: &LensGrid<'_>, width: usize, height: usize) -> (Vector2<f32>, f32) {
     let last = Vector2::new(width as f32 - 1.0, height as f32 - 1.0);
     let origin = last * 0.5;
     let mut radius = 1.0_f32;
@@ -402,35 +358,6 @@ fn extent(lens: &LensGrid, width: usize, height: usize) -> (Vector2<f32>, f32) {
         radius = radius.max((ideal - origin).norm());
     }
     (origin, radius)
-}
-
-/// Calls `visit` with the columns of the set bits.
-fn for_each_one(mask: &[u32], mut visit: impl FnMut(usize)) {
-    for (k, &word) in mask.iter().enumerate() {
-        let mut left = word;
-        while left != 0 {
-            visit(32 * k + left.trailing_zeros() as usize);
-            left &= left - 1;
-        }
-    }
-}
-
-fn signed(gradient: u16) -> i32 {
-    i32::from(gradient as i16)
-}
-
-/// The gradient at a column and its neighbours in the row.
-fn across_columns(gradient_u: &[u16], gradient_v: &[u16], index: usize) -> Option<Profile> {
-    let first = index.checked_sub(1)?;
-    let u: &[u16; 3] = gradient_u.get(first..)?.first_chunk()?;
-    let v: &[u16; 3] = gradient_v.get(first..)?.first_chunk()?;
-    Some(core::array::from_fn(|k| (u.get(k).map_or(0, |g| signed(*g)), v.get(k).map_or(0, |g| signed(*g)))))
-}
-
-/// The gradient at a column in three rows.
-fn across_rows(rows: [(&[u16], &[u16]); 3], index: usize) -> Option<Profile> {
-    let [above, at, below] = rows.map(|(u, v)| Some((signed(*u.get(index)?), signed(*v.get(index)?))));
-    Some([above?, at?, below?])
 }
 
 #[cfg(test)]

@@ -1,9 +1,11 @@
-use super::edge::EdgePoint;
+use super::edge::{EdgePoint, unit};
 use heapless::Vec;
 use nalgebra::Vector2;
 
 /// Maxima that are followed up, of one kind and polarity.
 const MAX_PEAKS: usize = 32;
+/// Angles of a pass, at most: half a turn in bins of two steps.
+const MAX_ANGLES: usize = 65;
 /// What a point adds to one angle: shared between the two nearest distances.
 pub(super) const VOTE: u16 = 4;
 
@@ -73,25 +75,23 @@ impl<'a> Accumulator<'a> {
     }
 
     /// The votes of the points within the pass, seen from `origin`.
-    pub(super) fn vote(
-        &mut self,
-        points: &[EdgePoint],
-        pass: &Pass,
-        origin: Vector2<f32>,
-        turn: &[Vector2<f32>; 256],
-    ) {
+    pub(super) fn vote(&mut self, points: &[EdgePoint], pass: &Pass, origin: Vector2<f32>) {
         let reach = usize::from(pass.reach);
+        let mut normals = [Vector2::zeros(); MAX_ANGLES];
+        for (bin, normal) in normals.iter_mut().enumerate() {
+            *normal = unit(pass.direction(bin)) * self.bins_by_pixel;
+        }
         for point in points {
             let Some(bin) = pass.bin(point.direction) else { continue };
-            let offset = (point.position - origin) * self.bins_by_pixel;
+            let offset = point.position - origin;
             let middle = self.radius * self.bins_by_pixel;
             let first = bin.saturating_sub(reach);
             let last = (bin + reach).min(pass.angles() - 1);
             let Some(angles) = self.votes.get_mut(first * self.distances..(last + 1) * self.distances) else {
                 continue;
             };
-            for (bin, distances) in (first..=last).zip(angles.chunks_exact_mut(self.distances.max(1))) {
-                let normal = turn.get(usize::from(pass.direction(bin))).copied().unwrap_or_default();
+            let normals = normals.get(first..=last).unwrap_or_default();
+            for (normal, distances) in normals.iter().zip(angles.chunks_exact_mut(self.distances.max(1))) {
                 let cell = normal.dot(&offset) + middle;
                 let quarters = (cell * f32::from(VOTE)) as u32; // below 0 saturates
                 let share = (quarters % u32::from(VOTE)) as u16;

@@ -1,22 +1,23 @@
 use super::config::ExtractConfig;
-use super::edge::{EdgePoint, NO_OWNER};
+use super::edge::{EdgePoint, NO_OWNER, unit};
 use super::extraction::{Line, MAX_LINES};
 use super::fit::{Sampling, fit};
 use super::hough::{Accumulator, Pass, Peak, VOTE};
-use crate::sort::sort_small;
+use crate::sort::sort_by_key;
 use heapless::Vec;
 use nalgebra::Vector2;
 
 /// Distances from the current line within which points are taken, px: the first for the Hough maximum (to which
 /// a cell of the accumulator is added), then for each fit.
 const GATES_PX: [f32; 4] = [1.5, 2.0, 1.2, 1.0];
+/// With the first so many of them the points are looked for anew.
+const WIDE_GATES: usize = 2;
 /// Least share of the pixels along a line that have a point.
 const LEAST_DENSITY: f32 = 0.6;
 
 /// The search for the lines of one kind: vertical or of the floor.
 pub(super) struct Search<'a> {
     pub(super) config: &'a ExtractConfig,
-    pub(super) turn: &'a [Vector2<f32>; 256],
     pub(super) sampling: Sampling,
     /// Origin of the Hough transform and largest distance from it, ideal pixels.
     pub(super) origin: Vector2<f32>,
@@ -45,7 +46,7 @@ impl Search<'_> {
         accept: impl Fn(&Line) -> bool,
     ) -> Skipped {
         let mut accumulator = Accumulator::new(memory, pass, self.radius);
-        accumulator.vote(points, pass, self.origin, self.turn);
+        accumulator.vote(points, pass, self.origin);
         let least = (self.least_points() * f32::from(VOTE) * 0.5) as u16;
         let (peaks, truncated) = accumulator.peaks(pass, least.max(VOTE));
         let cell = 1.0 / accumulator.bins_by_pixel().max(0.1);
@@ -62,10 +63,11 @@ impl Search<'_> {
             *slot = index;
             in_pass += 1;
         }
-        let all = all.get(..in_pass).unwrap_or_default();
         for peak in &peaks {
             // Several stretches of one line share a maximum.
-            while let Some((line, run)) = self.line_at(peak, cell, points, all, members) {
+            while let Some((line, run)) =
+                self.line_at(peak, cell, points, all.get(..in_pass).unwrap_or_default(), members)
+            {
                 let owner = match self.place(line, accept(&line), lines, points, &mut skipped) {
                     Some(slot) => self.first_owner + slot,
                     None => REFUSED,
@@ -75,6 +77,7 @@ impl Search<'_> {
                         point.owner = owner;
                     }
                 }
+                in_pass = keep(points, all, in_pass, |point| point.owner == NO_OWNER);
             }
         }
         for point in points.iter_mut().filter(|point| point.owner == REFUSED) {
@@ -96,29 +99,33 @@ impl Search<'_> {
         all: &[u16],
         members: &'m mut [u16],
     ) -> Option<(Line, &'m [u16])> {
-        let normal = self.turn.get(usize::from(peak.direction)).copied().unwrap_or_default();
+        let normal = unit(peak.direction);
         let mut line = Line { normal, centroid: self.origin + normal * peak.rho, ..Default::default() };
         let tolerance = (self.config.direction_tolerance * (128.0 / core::f32::consts::PI)) as u8 + 1;
         let mut run = 0..0;
-        for (gate, slack) in GATES_PX.into_iter().zip([cell, 0.0, 0.0, 0.0]) {
+        let mut count = 0;
+        for (number, gate) in GATES_PX.into_iter().enumerate() {
             let direction = line.direction();
-            let (width, level) = (gate + slack, line.normal.dot(&line.centroid));
-            let count = gather(points, all, members, |point| {
+            let (width, level) =
+                (if number == 0 { gate + cell } else { gate }, line.normal.dot(&line.centroid));
+            let near = |point: &EdgePoint| {
                 let turned = (point.direction.wrapping_sub(direction) as i8).unsigned_abs();
                 turned <= tolerance && (line.normal.dot(&point.position) - level).abs() <= width
-            });
-            if (count as f32) < self.least_points() {
-                return None;
-            }
-            let gathered = members.get_mut(..count)?;
+            };
             let position =
                 |index: &u16| points.get(usize::from(*index)).map_or(0.0, |p| line.position(p.position));
-            sort_small(gathered, |a, b| position(a).total_cmp(&position(b)));
-            run = longest_run(
-                gathered,
-                position,
-                self.config.max_gap_px.max(2.0 * self.sampling.stride as f32),
-            );
+            if number < WIDE_GATES {
+                count = gather(points, all, members, near);
+                if (count as f32) < self.least_points() {
+                    return None;
+                }
+                sort(members.get_mut(..count)?, position);
+            } else {
+                // The line has hardly moved: its points are among those gathered last, and in order.
+                count = keep(points, members, count, near);
+            }
+            let max_gap = self.config.max_gap_px.max(2.0 * self.sampling.stride as f32);
+            run = longest_run(members.get(..count)?, position, max_gap);
             if (run.len() as f32) < self.least_points() {
                 return None;
             }
@@ -164,6 +171,27 @@ impl Search<'_> {
 /// The point was on a line that did not stay: no later maximum of the pass may have it.
 const REFUSED: u8 = 253;
 
+/// Keeps the indices of the points to keep among the first `length`, in order; returns how many those are.
+fn keep(
+    points: &[EdgePoint],
+    indices: &mut [u16],
+    length: usize,
+    wanted: impl Fn(&EdgePoint) -> bool,
+) -> usize {
+    let mut left = 0;
+    for from in 0..length {
+        let Some(index) = indices.get(from).copied() else { break };
+        if points.get(usize::from(index)).is_some_and(&wanted)
+            && let Some(slot) = indices.get_mut(left)
+        {
+            *slot = index;
+            left += 1;
+        }
+    }
+    left
+}
+
+/// Lists the points to keep in `members`; returns how many fit.
 fn gather(
     points: &[EdgePoint],
     all: &[u16],
@@ -173,14 +201,24 @@ fn gather(
     let mut slots = members.iter_mut();
     let mut count = 0;
     for index in all {
-        let Some(point) = points.get(usize::from(*index)) else { continue };
-        if point.owner == NO_OWNER && keep(point) {
+        if points.get(usize::from(*index)).is_some_and(&mut keep) {
             let Some(slot) = slots.next() else { break };
             *slot = *index;
             count += 1;
         }
     }
     count
+}
+
+/// Sorts by position. Points come row by row, and along a line rows and columns rise or fall together: nearly sorted,
+/// perhaps backwards.
+fn sort(indices: &mut [u16], position: impl Fn(&u16) -> f32) {
+    if let (Some(first), Some(last)) = (indices.first(), indices.last())
+        && position(first) > position(last)
+    {
+        indices.reverse();
+    }
+    sort_by_key(indices, position);
 }
 
 /// The run of sorted points without a gap above `max_gap` that has the most points.
@@ -199,4 +237,23 @@ fn longest_run(sorted: &[u16], position: impl Fn(&u16) -> f32, max_gap: f32) -> 
         last = here;
     }
     best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    proptest! {
+        #[test]
+        fn any_list_is_sorted(positions in prop::collection::vec(-50_i8..50, 0..400)) {
+            let mut indices: Vec<u16> = (0..positions.len() as u16).collect();
+            sort(&mut indices, |index| f32::from(positions[usize::from(*index)]));
+            let mut expected = positions.clone();
+            expected.sort_unstable();
+            let sorted: Vec<_> = indices.iter().map(|index| positions[usize::from(*index)]).collect();
+            prop_assert_eq!(sorted, expected);
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! A pipeline's state as bytes, and its memory back.
 use super::{Memory, Pipeline, Storage};
-use crate::slam::{MAP_BYTES, snapshot_len};
+use crate::slam::{Landmark, MAP_BYTES, Map, snapshot_len};
 use crate::{Error, Result};
 
 /// Bytes that the state of a pipeline with so many states and landmarks takes, at most.
@@ -23,15 +23,34 @@ impl<S: Storage> Pipeline<S> {
     /// # Errors
     /// [`Error::Size`] when `bytes` are too few; [`state_len`] of them are enough.
     pub fn save(&mut self, bytes: &mut [u8]) -> Result<usize> {
-        let (got, expected) = (bytes.len(), FRAME_BYTES + MAP_BYTES);
-        let (own, rest) = bytes.split_first_chunk_mut::<FRAME_BYTES>().ok_or(Error::Size {
-            name: "pipeline.state",
-            got,
-            expected,
-        })?;
-        let length = self.map.save(rest)?;
-        *own = self.frame.to_le_bytes();
-        Ok(FRAME_BYTES + length)
+        save(&mut self.map, self.frame, bytes)
+    }
+
+    /// Writes pose and map to the memory of the rows, and returns them. A picture that is under way is forgotten.
+    ///
+    /// # Errors
+    /// [`Error::Size`] when that is less than [`state_len`].
+    pub fn save_to_scratch(&mut self) -> Result<&[u8]> {
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(self.extractor.scratch());
+        let length = save(&mut self.map, self.frame, bytes)?;
+        Ok(bytes.get(..length).unwrap_or_default())
+    }
+
+    /// The memory of the rows, to put a state together in. A picture that is under way is forgotten.
+    pub fn scratch(&mut self) -> &mut [u8] {
+        bytemuck::cast_slice_mut(self.extractor.scratch())
+    }
+
+    /// Takes the first `length` bytes of [`scratch`](Self::scratch) as [`restore`](Self::restore) does.
+    ///
+    /// # Errors
+    /// As [`restore`](Self::restore).
+    pub fn restore_from_scratch(&mut self, length: usize) -> Result<()> {
+        let bytes: &[u8] = bytemuck::cast_slice_mut(self.extractor.scratch());
+        let (own, rest) = split(bytes.get(..length).unwrap_or_default())?;
+        self.map.restore(rest)?;
+        self.frame = u32::from_le_bytes(*own);
+        Ok(())
     }
 
     /// Takes pose and map written by [`save`](Self::save) in place of its own. A pipeline with the same configuration
@@ -40,14 +59,29 @@ impl<S: Storage> Pipeline<S> {
     /// # Errors
     /// [`Error::Size`] or [`Error::OutOfRange`] when it cannot be a state of this pipeline; nothing is changed then.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<()> {
-        let (got, expected) = (bytes.len(), FRAME_BYTES + MAP_BYTES);
-        let (own, rest) = bytes.split_first_chunk::<FRAME_BYTES>().ok_or(Error::Size {
-            name: "pipeline.state",
-            got,
-            expected,
-        })?;
+        let (own, rest) = split(bytes)?;
         self.map.restore(rest)?;
         self.frame = u32::from_le_bytes(*own);
         Ok(())
     }
+}
+
+fn too_few(got: usize) -> Error {
+    Error::Size { name: "pipeline.state", got, expected: FRAME_BYTES + MAP_BYTES }
+}
+
+fn save<N, L>(map: &mut Map<f32, N, L>, frame: u32, bytes: &mut [u8]) -> Result<usize>
+where
+    N: AsRef<[f32]> + AsMut<[f32]>,
+    L: AsRef<[Landmark<f32>]> + AsMut<[Landmark<f32>]>,
+{
+    let got = bytes.len();
+    let (own, rest) = bytes.split_first_chunk_mut::<FRAME_BYTES>().ok_or(too_few(got))?;
+    let length = map.save(rest)?;
+    *own = frame.to_le_bytes();
+    Ok(FRAME_BYTES + length)
+}
+
+fn split(bytes: &[u8]) -> Result<(&[u8; FRAME_BYTES], &[u8])> {
+    bytes.split_first_chunk().ok_or(too_few(bytes.len()))
 }

@@ -21,10 +21,9 @@ use super::packed;
 use super::update::{Absorbed, Decision, Outcome, Pending};
 use crate::association::{
     Candidate, Correlated, MAX_CANDIDATES, MAX_PAIRS, cholesky, exclusive_nearest, joint_compatibility,
-    normalised_square,
+    normalised_square, sort_for_search,
 };
 use crate::geometry::RangeFinder;
-use crate::sort::sort_small;
 use crate::{Error, Real, Result};
 use nalgebra::{Matrix2, Vector2};
 
@@ -467,11 +466,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             exclusive_nearest(candidates);
             return candidates.clone();
         }
-        // Each measurement's candidates in the order of their cost: the first descent is then the greedy one.
-        sort_small(candidates, |a, b| {
-            let by_cost = a.cost.partial_cmp(&b.cost).unwrap_or(core::cmp::Ordering::Equal);
-            a.observation.cmp(&b.observation).then(by_cost).then(a.landmark.cmp(&b.landmark))
-        });
+        sort_for_search(candidates);
         let with_mount = self.filter.config().mount_std.is_some();
         let mut pairs = heapless::Vec::<Pair<T>, MAX_JOINT_CANDIDATES>::new();
         for candidate in candidates.iter() {

@@ -29,7 +29,7 @@ pub(crate) struct Fake {
 }
 
 impl Engine for Fake {
-    const LIMITS: Limits = Limits { width: 320, height: 240, landmarks: 32, corners: 32 };
+    const LIMITS: Limits = Limits { width: 320, height: 240, landmarks: 32, corners: 32, state_bytes: 16 };
 
     fn configure(&mut self, configuration: &Configure) -> Result<(), Error> {
         if configuration.camera.width > 320 {

@@ -1,4 +1,5 @@
 //! Boards in QEMU.
+#![allow(dead_code, reason = "each test uses its part")]
 use std::{
     os::unix::net::UnixStream,
     path::PathBuf,
@@ -14,11 +15,18 @@ pub(crate) struct Board {
 
 /// The boards whose programs are given.
 pub(crate) fn boards() -> Vec<Board> {
-    let names = [("mps2-an500", "MONORANGE_MPS2_AN500"), ("mps2-an386", "MONORANGE_MPS2_AN386")];
-    let given = names
-        .iter()
-        .filter_map(|(name, variable)| Some(Board { name, image: std::env::var_os(variable)?.into() }));
-    let given: Vec<_> = given.collect();
+    given(&[("mps2-an500", "MONORANGE_MPS2_AN500"), ("mps2-an386", "MONORANGE_MPS2_AN386")])
+}
+
+/// The board whose program crashes when it is asked to, if that is given.
+pub(crate) fn crashing_board() -> Option<Board> {
+    given(&[("mps2-an500", "MONORANGE_MPS2_AN500_CRASH")]).pop()
+}
+
+fn given(names: &[(&'static str, &str)]) -> Vec<Board> {
+    let image = |variable: &str| Some(std::env::var_os(variable)?.into());
+    let given: Vec<_> =
+        names.iter().filter_map(|(name, variable)| Some(Board { name, image: image(variable)? })).collect();
     let required = std::env::var_os("MONORANGE_QEMU").is_some_and(|value| value == "required");
     assert!(!required || given.len() == names.len(), "the boards' programs are not given");
     if given.is_empty() {
@@ -51,7 +59,12 @@ pub(crate) struct Emulator {
 }
 
 impl Emulator {
-    /// Its line.
+    /// The socket that its line is on.
+    pub(crate) fn line(&self) -> &std::path::Path {
+        &self.line
+    }
+
+    /// Its line, once it is there.
     pub(crate) fn connect(&self) -> UnixStream {
         let start = Instant::now();
         loop {

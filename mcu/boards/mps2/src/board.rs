@@ -121,7 +121,9 @@ impl Board for Mps2 {
 
 /// Only wakes the main loop.
 #[exception]
-fn SysTick() {}
+fn SysTick() {
+    crate::uart::wake();
+}
 
 /// The watchdog's first time-out.
 #[exception]

@@ -35,28 +35,18 @@ fn main() -> ! {
     stack::guard(&mpu);
     let mut board = Mps2::start(&mut systick);
     let mut port = uart::Port::start();
-    let device = device(DEVICE, ARRAYS);
+    let device = Device::in_place(DEVICE, ARRAYS);
     device.greet(last_run.count(), last_run.cause(), &board, &mut port);
 
-    let mut bytes = [0; 64];
+    let mut bytes = [0; 256];
     loop {
+        uart::sleep_until_frame();
         board.feed_watchdog();
-        let count = uart::RING.read(&mut bytes);
-        if count == 0 {
-            uart::sleep_until_bytes();
-            board.tick();
-        } else if device.receive(&bytes[..count], &board, &mut port) == Wish::Restart {
-            let _ = port.flush();
-            cortex_m::peripheral::SCB::sys_reset();
+        while let count @ 1.. = uart::RING.read(&mut bytes) {
+            if device.receive(&bytes[..count], &board, &mut port) == Wish::Restart {
+                let _ = port.flush();
+                cortex_m::peripheral::SCB::sys_reset();
+            }
         }
     }
-}
-
-/// Not inlined, so that the device's way through the stack ends before the main loop begins.
-#[inline(never)]
-fn device(
-    place: &'static mut MaybeUninit<Device<Mapper>>,
-    arrays: &'static mut Arrays,
-) -> &'static mut Device<Mapper> {
-    place.write(Device::new(Mapper::new(arrays)))
 }

@@ -1,4 +1,5 @@
 //! UART 0, the line: CMSDK APB UART (Arm DDI 0479, chapter 4.3).
+use core::sync::atomic::{AtomicBool, Ordering};
 use cortex_m::{asm, interrupt, interrupt::InterruptNumber, peripheral::NVIC};
 use cortex_m_rt::exception;
 use monorange_mcu::{Ring, WINDOW};
@@ -103,14 +104,24 @@ impl embedded_io::Write for Port {
     }
 }
 
-/// Sleeps until an interrupt, unless bytes wait already.
-pub fn sleep_until_bytes() {
+static TICKED: AtomicBool = AtomicBool::new(false);
+
+/// Ends the sleep; for the interrupt that does so now and then.
+pub fn wake() {
+    TICKED.store(true, Ordering::Relaxed);
+}
+
+/// Sleeps until a frame may have come, or until the next [`wake`].
+pub fn sleep_until_frame() {
     // With interrupts masked none comes between the look and the sleep; a pending one ends the sleep all the same.
-    interrupt::free(|_| {
-        if RING.is_empty() {
+    while !interrupt::free(|_| {
+        let awake = RING.take_ready() | TICKED.load(Ordering::Relaxed);
+        if !awake {
             asm::wfi();
         }
-    });
+        awake
+    }) {}
+    TICKED.store(false, Ordering::Relaxed);
 }
 
 /// The only peripheral interrupt that is unmasked: bytes of the line to the ring.
@@ -118,8 +129,6 @@ pub fn sleep_until_bytes() {
 unsafe fn DefaultHandler(_number: i16) {
     let start = crate::board::ticks();
     write(INTERRUPT_CLEAR, CLEAR_RX);
-    while read(STATE) & STATE_RX_FULL != 0 {
-        RING.push(read(DATA) as u8);
-    }
+    RING.fill(|| (read(STATE) & STATE_RX_FULL != 0).then(|| read(DATA) as u8));
     crate::board::interrupt_took(crate::board::ticks().wrapping_sub(start));
 }

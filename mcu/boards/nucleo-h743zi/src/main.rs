@@ -1,4 +1,4 @@
-//! The monorange co-processor on ST's Nucleo-H743ZI2. **Written; neither built nor run on the board yet.**
+//! The monorange co-processor on ST's Nucleo-H743ZI2. **Built by every check, not yet run on the board.**
 //!
 //! | resource | use |
 //! |---|---|
@@ -13,8 +13,8 @@
 
 mod board;
 
-use core::mem::MaybeUninit;
 use board::Nucleo;
+use core::mem::MaybeUninit;
 use cortex_m_rt::entry;
 use embassy_stm32::{
     bind_interrupts, peripherals,
@@ -65,10 +65,10 @@ fn main() -> ! {
     let (mut port, mut line) = uart.split();
     let mut watchdog = IndependentWatchdog::new(peripherals.IWDG1, WATCHDOG_US);
     watchdog.unleash();
-    let device = device(DEVICE, ARRAYS);
+    let device = Device::in_place(DEVICE, ARRAYS);
     device.greet(last_run.count(), last_run.cause(), &board, &mut port);
 
-    let mut bytes = [0; 64];
+    let mut bytes = [0; 256];
     loop {
         watchdog.pet();
         board.tick();
@@ -87,13 +87,4 @@ fn main() -> ! {
             cortex_m::peripheral::SCB::sys_reset();
         }
     }
-}
-
-/// Not inlined, so that the device's way through the stack ends before the main loop begins.
-#[inline(never)]
-fn device(
-    place: &'static mut MaybeUninit<Device<Mapper>>,
-    arrays: &'static mut Arrays,
-) -> &'static mut Device<Mapper> {
-    place.write(Device::new(Mapper::new(arrays)))
 }

@@ -1,0 +1,247 @@
+#![allow(clippy::indexing_slicing, reason = "kernel: a bit's number is masked to its window")]
+use super::edge::{EdgeList, EdgePoint, Profile, maximum, steps_from_direction};
+use crate::image::{GRADIENT_ZERO, MARGIN, OpeningRows, close_row, mask_bit, open_row, threshold_row};
+use core::ops::Range;
+
+/// What an edge can be, by the direction of its gradient.
+pub(super) const VERTICAL: u8 = 1;
+pub(super) const FLOOR: u8 = 2;
+
+/// Three rows of (G_u, G_v), as they are stored; value 0 belongs to column [`MARGIN`].
+type Rows<'a> = [(&'a [u16], &'a [u16]); 3];
+
+/// The search for the edge points of a row, the maxima of the gradient across edges.
+///
+/// Steep edges (|G_u| ≥ |G_v|) have their maxima along the row, the others along the column. What is below the threshold or
+/// not opened by a run along the edge's dominant axis is no edge; for steep ones that is known only `run` rows later.
+pub(super) struct EdgeSearch<'a> {
+    /// [`VERTICAL`], [`FLOOR`] or nothing for every direction.
+    pub(super) kinds: &'a [u8; 256],
+    /// As stored, without the offset.
+    pub(super) threshold: u16,
+    /// Pixels in a row of the opening.
+    pub(super) run: usize,
+    /// First row of the region of interest of the floor's edges.
+    pub(super) floor_top: usize,
+}
+
+impl EdgeSearch<'_> {
+    /// Adds the edge points of row `centre` and settles those of the row `run` above; `rows` are the gradients around it, or
+    /// `None` below the picture.
+    pub(super) fn row(
+        &self,
+        centre: usize,
+        rows: Option<Rows<'_>>,
+        (opening, mask): (&mut OpeningRows<'_>, &mut [u32]),
+        points: &mut [EdgePoint],
+        edges: &mut EdgeList,
+    ) {
+        let opened = opening.push(centre, |strong| match &rows {
+            Some([_, (gradient_u, _), _]) => threshold_row(gradient_u, self.threshold, strong),
+            None => strong.fill(0),
+        });
+        if let Some(row) = centre.checked_sub(self.run) {
+            edges.confirm(points, row, |column| mask_bit(opened, column - MARGIN));
+        }
+        let Some(rows) = rows else { return };
+        let in_region = centre >= self.floor_top;
+        let wanted = if in_region { VERTICAL | FLOOR } else { VERTICAL };
+        let mut take = |index: usize, profile: Profile| {
+            let [_, gradient, _] = profile;
+            let place = (index + MARGIN, centre);
+            if !edges.wants(place, gradient) {
+                return;
+            }
+            let direction = steps_from_direction(gradient.0 as f32, gradient.1 as f32);
+            let of_kind = self.kinds.get(usize::from(direction)).is_some_and(|kinds| kinds & wanted != 0);
+            if of_kind && let Some(maximum) = maximum(profile) {
+                edges.push(points, place, gradient, direction, maximum);
+            }
+        };
+        let [_, at, _] = rows;
+        let [first, second] = &mut [[0; 34]; 2];
+        for (word, bits) in opening.newest(centre).iter().enumerate().filter(|(_, bits)| **bits != 0) {
+            let along = window(at.0, 32 * word, 1, first);
+            let across = window(at.1, 32 * word, 1, second);
+            for_each_run(*bits, |run| {
+                steep_maxima(along, run, |bit| {
+                    if let Some(profile) = steep_profile(along, across, bit) {
+                        take(32 * word + bit, profile);
+                    }
+                });
+            });
+        }
+        if !in_region {
+            return;
+        }
+        threshold_row(at.1, self.threshold, mask);
+        close_row(mask);
+        open_row(mask, self.run);
+        let [[a, b, c], [d, e, f]] = &mut [[[0; 32]; 3]; 2];
+        for (word, bits) in mask.iter().enumerate().filter(|(_, bits)| **bits != 0) {
+            let [above, at, below] = rows;
+            let along = [(above.1, &mut *a), (at.1, &mut *b), (below.1, &mut *c)]
+                .map(|(row, spare)| window(row, 32 * word, 0, spare));
+            let across = [(above.0, &mut *d), (at.0, &mut *e), (below.0, &mut *f)]
+                .map(|(row, spare)| window(row, 32 * word, 0, spare));
+            for_each_run(*bits, |run| {
+                flat_maxima(&along, run, |bit| {
+                    // Closing adds weak pixels.
+                    if let Some(profile) = flat_profile(&along, &across, bit)
+                        && profile[1].1.unsigned_abs() >= u32::from(self.threshold)
+                    {
+                        take(32 * word + bit, profile);
+                    }
+                });
+            });
+        }
+    }
+}
+
+/// Calls `visit` with the runs of bits that are set.
+fn for_each_run(bits: u32, mut visit: impl FnMut(Range<usize>)) {
+    let mut left = bits;
+    while left != 0 {
+        let start = left.trailing_zeros();
+        let end = start + (left >> start).trailing_ones();
+        visit(start as usize..end as usize);
+        left &= u32::MAX.checked_shl(end).unwrap_or(0);
+    }
+}
+
+/// Values of a row from `start` − `before` on; in `spare`, with more than any gradient beyond the row's ends, where those are in
+/// the way.
+fn window<'a, const N: usize>(
+    row: &'a [u16],
+    start: usize,
+    before: usize,
+    spare: &'a mut [u16; N],
+) -> &'a [u16; N] {
+    let first = start.checked_sub(before);
+    if let Some(window) = first.and_then(|first| row.get(first..)?.first_chunk()) {
+        return window;
+    }
+    for (place, value) in spare.iter_mut().enumerate() {
+        let column = (start + place).checked_sub(before);
+        *value = column.and_then(|column| row.get(column).copied()).unwrap_or(u16::MAX);
+    }
+    spare
+}
+
+fn signed(gradient: u16) -> i32 {
+    i32::from(gradient) - i32::from(GRADIENT_ZERO)
+}
+
+/// |G|, from a gradient as it is stored.
+fn size(gradient: u16) -> u32 {
+    signed(gradient).unsigned_abs()
+}
+
+/// Calls `visit` with the bits of a run at which |G_u| has a maximum along the row, the first of equals; value 0 of the window
+/// comes before bit 0.
+#[inline]
+fn steep_maxima(u: &[u16; 34], run: Range<usize>, mut visit: impl FnMut(usize)) {
+    let first = run.start & 31;
+    let (mut before, mut at) = (size(u[first]), size(u[first + 1]));
+    for (bit, after) in run.zip(u.iter().skip(first + 2)) {
+        let after = size(*after);
+        if at > before && at >= after {
+            visit(bit);
+        }
+        (before, at) = (at, after);
+    }
+}
+
+/// Calls `visit` with the bits of a run at which |G_v| has a maximum along the column, the first of equals.
+#[inline]
+fn flat_maxima(v: &[&[u16; 32]; 3], run: Range<usize>, mut visit: impl FnMut(usize)) {
+    let [above, at, below] = v.map(|row| row.iter().skip(run.start));
+    for (bit, ((above, at), below)) in run.zip(above.zip(at).zip(below)) {
+        let at = size(*at);
+        if at > size(*above) && at >= size(*below) {
+            visit(bit);
+        }
+    }
+}
+
+/// The gradients at a bit and its neighbours in the row, if |G_u| is not below |G_v| there.
+#[inline]
+fn steep_profile(u: &[u16; 34], v: &[u16; 34], bit: usize) -> Option<Profile> {
+    let at = |k: usize| (signed(u[(bit & 31) + k]), signed(v[(bit & 31) + k]));
+    let (along, across) = at(1);
+    (along.abs() >= across.abs()).then(|| [at(0), at(1), at(2)])
+}
+
+/// The gradients at a bit in three rows, if |G_v| is above |G_u| there: the diagonal belongs to the steep edges.
+#[inline]
+fn flat_profile(v: &[&[u16; 32]; 3], u: &[&[u16; 32]; 3], bit: usize) -> Option<Profile> {
+    let at = |row: usize| (signed(u[row][bit & 31]), signed(v[row][bit & 31]));
+    let (across, along) = at(1);
+    (along.abs() > across.abs()).then(|| [at(0), at(1), at(2)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::{vec, vec::Vec};
+
+    fn stored(row: &[i16]) -> Vec<u16> {
+        row.iter().map(|g| GRADIENT_ZERO.wrapping_add_signed(*g)).collect()
+    }
+
+    #[test]
+    fn runs_are_found_also_at_both_ends() {
+        let runs = |bits| {
+            let mut found = vec![];
+            for_each_run(bits, |run| found.push(run));
+            found
+        };
+        assert_eq!(runs(0), []);
+        assert_eq!(runs(u32::MAX).first(), Some(&(0..32)));
+        assert_eq!(runs(0b1000_0000_0000_0000_0000_0000_0110_1101), [0..1, 2..4, 5..7, 31..32]);
+    }
+
+    #[test]
+    fn steep_maxima_have_two_smaller_neighbours_and_the_first_of_equals_counts() {
+        let row = stored(&[9, 1, 5, -7, 2, 8, 8, 3, 9]);
+        let [first, second] = &mut [[0; 34]; 2];
+        let along = window(&row, 0, 1, first);
+        for (other, expected) in [(0, vec![3, 5]), (8, vec![5]), (9, vec![])] {
+            let row = stored(&[other; 9]);
+            let across = window(&row, 0, 1, second);
+            let mut found = vec![];
+            steep_maxima(along, 0..9, |bit| found.extend(steep_profile(along, across, bit).map(|_| bit)));
+            assert_eq!(found, expected);
+        }
+    }
+
+    #[test]
+    fn flat_maxima_are_larger_than_above_not_smaller_than_below_and_off_the_diagonal() {
+        let along = [[5, 9, 9, 0, 8, 8], [9, 9, -9, 9, 9, 7], [9, 0, 0, -10, 0, 0]];
+        let across = [[0, 0, 0, 0, 9, 6]; 3];
+        let padded = |rows: [[i16; 6]; 3]| {
+            rows.map(|row| {
+                let mut spare = [0; 32];
+                *window(&stored(&row), 0, 0, &mut spare)
+            })
+        };
+        let (along, across) = (padded(along), padded(across));
+        let (along, across) = (along.each_ref(), across.each_ref());
+        let mut found = vec![];
+        flat_maxima(&along, 0..6, |bit| found.extend(flat_profile(&along, &across, bit).map(|_| bit)));
+        assert_eq!(found, [0]);
+        assert_eq!(flat_profile(&along, &across, 0), Some([(0, 5), (0, 9), (0, 9)]));
+    }
+
+    #[test]
+    fn windows_reach_beyond_both_ends_of_a_row() {
+        let row: Vec<u16> = (0..40).collect();
+        let spare = &mut [0; 34];
+        let first = *window(&row, 0, 1, spare);
+        assert_eq!((first[0], first[1], first[33]), (u16::MAX, 0, 32));
+        assert_eq!(window(&row, 3, 1, spare)[..], row[2..36]);
+        let second = *window(&row, 32, 1, spare);
+        assert_eq!((second[0], second[8], second[9]), (31, 39, u16::MAX));
+        assert_eq!(*window(&row, 64, 0, spare), [u16::MAX; 34]);
+    }
+}
