@@ -7,7 +7,7 @@ use crate::evaluation::{Align, Pair, TrajectoryErrors, trajectory_errors};
 use crate::files::{MapPoint, Rig, Stamped, confirmed_map};
 use crate::report::{chart::Chart, floor_plan};
 use crate::{Error, Result};
-use monorange_core::features::{Detector, FeatureKind, Features, SiftConfig};
+use monorange_core::features::{Detector, Features};
 use monorange_core::geometry::{Pose, wrap_angle};
 use monorange_core::image::Grey;
 use monorange_core::pipeline::{
@@ -58,7 +58,7 @@ impl Runner {
         let camera = config.finder.camera();
         let memory = Memory::on_heap(camera.width(), camera.height(), 512);
         let free = config.carrier == Carrier::Free;
-        let visual = VisualConfig { features: features(), free, ..VisualConfig::default() };
+        let visual = VisualConfig { free, ..VisualConfig::default() };
         let visual = (config.carrier != Carrier::Map).then(|| VisualMotion::new(visual)).transpose();
         Ok(Self {
             visual: visual.map_err(Error::new)?,
@@ -100,12 +100,6 @@ impl Runner {
         }
         self.pipeline.finish_with(time, &mut self.pixels)
     }
-}
-
-/// Keypoints for all methods. The first octave is not doubled: a third of the time, and the corners' neighbourhoods are
-/// not small.
-fn features() -> FeatureKind {
-    FeatureKind::Sift(SiftConfig { doubled: false, ..SiftConfig::default() })
 }
 
 /// Pictures of a drive once round.
@@ -203,7 +197,7 @@ pub fn drive(seed: u64, frames: usize) -> Result<Drive> {
     let base = defaults(&simulation)?;
     let runners = METHODS.iter().map(|method| Runner::new(method, base, frames));
     let mut runners = runners.collect::<Result<Vec<_>>>()?;
-    let mut detector = Detector::new(features()).map_err(Error::new)?;
+    let mut detector = Detector::new(VisualConfig::default().features).map_err(Error::new)?;
     let map_from_world = simulation.true_pose(0).inverse();
     let mut pixels = vec![0; width * height];
     let mut laser = Vec::new();
