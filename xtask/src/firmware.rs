@@ -122,6 +122,16 @@ fn serve(board: Board, unix: &Path, tcp: Option<u16>) -> Result<()> {
     shell::run(qemu.current_dir(shell::root()))
 }
 
+/// Format and lints of the boards, which the root's workspace does not have.
+pub(crate) fn lint() -> Result<()> {
+    setup::rust_target(TRIPLE)?;
+    let boards = shell::root().join("mcu/boards");
+    shell::run(shell::cargo("fmt --all --check").current_dir(&boards))?;
+    let mut clippy = shell::cargo("clippy --workspace --locked --quiet --target");
+    clippy.arg(TRIPLE).arg("--target-dir").arg(shell::root().join("target/firmware/lints"));
+    shell::run(clippy.args(["--", "-D", "warnings"]).current_dir(&boards))
+}
+
 /// Cases for each of the five properties of the frame decoder: more than a million in all.
 const FUZZ_CASES: &str = "250000";
 

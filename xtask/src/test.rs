@@ -23,7 +23,8 @@ fn stage(name: &str, checks: fn() -> Result<()>) -> Result<()> {
 
 fn lints() -> Result<()> {
     shell::run(&mut shell::cargo("fmt --all --check"))?;
-    shell::run(&mut shell::cargo("clippy --all-targets --quiet -- -D warnings"))
+    shell::run(&mut shell::cargo("clippy --all-targets --quiet -- -D warnings"))?;
+    firmware::lint()
 }
 
 fn tests() -> Result<()> {
