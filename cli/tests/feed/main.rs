@@ -101,7 +101,7 @@ fn a_board_that_is_replaced_in_mid_sequence_leaves_no_trace() {
         .stderr(std::process::Stdio::piped())
         .spawn()
         .unwrap();
-    std::thread::sleep(std::time::Duration::from_secs(6));
+    std::thread::sleep(std::time::Duration::from_secs(4));
     assert!(running.try_wait().unwrap().is_none(), "it should be in the middle by now");
     drop(emulator);
     let _again = board.start("replaced");
