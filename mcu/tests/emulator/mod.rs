@@ -36,7 +36,7 @@ fn given(names: &[(&'static str, &str)]) -> Vec<Board> {
         Ok("later") => false,
         _ => std::env::var_os("CI").is_some(),
     };
-    assert!(!required || given.len() == names.len(), "the boards' programs are not given");
+    assert!(!required || given.len() == names.len(), "no firmware given: run `cargo xtask firmware test`");
     if given.is_empty() {
         eprintln!("skipped: no firmware given; `cargo xtask firmware test` builds it and runs this test");
     }
