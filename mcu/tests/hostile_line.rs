@@ -2,6 +2,7 @@
 mod bench;
 
 use bench::{faults::*, *};
+use monorange_mcu::WINDOW;
 use monorange_protocol::{
     frame::checksum,
     message::{Ask, Hello, HostMessage, SaveState, State},
@@ -69,6 +70,42 @@ fn ten_thousand_damaged_pictures_are_survived_and_told_from_whole_ones() {
     assert!(incomplete > PICTURES / 2, "most faults hit something: {incomplete}");
     assert!(told.link.corrupt() > PICTURES / 4, "{:?}", told.link);
     assert!(told.link.repeated >= PICTURES / FAULTS.len() as u32, "{:?}", told.link);
+}
+
+#[test]
+fn a_host_that_floods_the_line_loses_what_did_not_fit_and_can_read_how_much() {
+    let mut damager = Damager::new(4);
+    let mut talk = Talk::configured();
+    let (mut frames_sent, mut beyond, mut frame) = (2, 0, 0);
+    for _ in 0..300 {
+        let mut line = vec![];
+        let mut sent = HashSet::new();
+        for _ in 0..20 + damager.below(60) {
+            let rows = rows_of(frame);
+            sent.insert((frame, checksum(rows.as_flattened())));
+            let messages = picture(frame, &rows);
+            frames_sent += messages.len() as u32;
+            line.extend(messages.iter().flat_map(|message| talk.line(message)));
+            frame += 1;
+        }
+        beyond += line.len().saturating_sub(WINDOW) as u32;
+        talk.flood(&line);
+
+        let rows = rows_of(frame);
+        sent.insert((frame, checksum(rows.as_flattened())));
+        let said = talk.picture(frame, &rows);
+        frames_sent += 2 + rows.len() as u32 + 1;
+        assert!(poses(&said).iter().any(|pose| pose.frame == frame && !pose.predicted_only), "{said:?}");
+        frame += 1;
+
+        let taken = std::mem::take(&mut talk.device.engine().pictures);
+        assert!(taken.iter().all(|picture| sent.contains(picture)), "{taken:x?}");
+        let counts = statistics(&mut talk).link;
+        frames_sent += 1;
+        assert_eq!(counts.overrun, beyond);
+        assert_eq!(counts.frames - counts.repeated + counts.lost, frames_sent, "{counts:?}");
+    }
+    assert!(beyond > 0);
 }
 
 #[test]

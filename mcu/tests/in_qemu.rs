@@ -1,151 +1,22 @@
 //! The firmware on emulated boards against the pipeline on this machine: `cargo xtask firmware test`.
 //!
-//! The boards' programs come in `MONORANGE_MPS2_AN500` and `MONORANGE_MPS2_AN386`; without them, or without QEMU, these tests
-//! are skipped aloud, unless `MONORANGE_QEMU=required`.
+//! The boards' programs come in `MONORANGE_MPS2_AN500` and `MONORANGE_MPS2_AN386`; without them these tests
+//! are skipped aloud, unless `MONORANGE_QEMU=required` or `CI` is set.
+mod drive;
 mod emulator;
 
+use drive::*;
 use emulator::{Board, boards};
-use monorange_core::{
-    geometry::{Camera, Distortion, Mount, RangeFinder},
-    image::Grey,
-    pipeline::{Config, Memory, Odometry, OnHeap, Pipeline, Report},
-};
 use monorange_protocol::{
     client::{Answer, Client},
-    conversion::*,
-    frame::MAX_ENCODED,
-    message::{
-        Answers, DeviceMessage, FrameBegin, HostMessage, Landmark, Observation, Pose, SaveState, Stages,
-        State,
-    },
+    message::{DeviceMessage, HostMessage, SaveState, Stages, State},
 };
-use monorange_sim::{Scene, SceneConfig, SimConfig, Simulation, default_rig};
-use std::{io, os::unix::net::UnixStream, time::Duration};
+use std::{os::unix::net::UnixStream, time::Duration};
 
 const PATIENCE: Duration = Duration::from_secs(60);
 
-fn corridor(frames: usize) -> Simulation {
-    let config = SimConfig { frames, ..SimConfig::default() };
-    Simulation::new(Scene::corridor(&SceneConfig::default()), default_rig().unwrap(), config).unwrap()
-}
-
-fn config_for(simulation: &Simulation) -> Config {
-    let (camera, mount) = (simulation.rig().camera(), simulation.rig().mount());
-    let lens = camera.distortion();
-    let [k1, k2, p1, p2, k3] = [lens.k1, lens.k2, lens.p1, lens.p2, lens.k3].map(|k| k as f32);
-    let (focal, principal) = (camera.focal().map(|f| f as f32), camera.principal().map(|c| c as f32));
-    let lens = Distortion { k1, k2, p1, p2, k3 };
-    let (width, height, skew) = (camera.width(), camera.height(), camera.skew() as f32);
-    let camera = Camera::new(width, height, focal.into(), principal.into(), skew, lens).unwrap();
-    let mount = Mount::new(mount.parameters().map(|number| number as f32)).unwrap();
-    Config::new(RangeFinder::new(camera, mount))
-}
-
-/// What comes before a picture, and the picture.
-struct Step {
-    time_us: u64,
-    odometry: Option<Odometry>,
-    pixels: Vec<u8>,
-}
-
-fn step(simulation: &Simulation, frame: usize) -> Step {
-    let mut pixels = vec![0; 320 * 240];
-    simulation.render(frame, &mut pixels).unwrap();
-    let odometry = frame.checked_sub(1).map(|before| {
-        let (twist, seconds) =
-            (simulation.odometry(before), simulation.time(frame) - simulation.time(before));
-        Odometry::Velocity { v: twist.speed as f32, omega: twist.turn as f32, seconds: seconds as f32 }
-    });
-    Step { time_us: us_from_seconds(simulation.time(frame)), odometry, pixels }
-}
-
-/// The pipeline on this machine, with a map as large as the device's.
-fn host(config: Config) -> Pipeline<OnHeap> {
-    Pipeline::new(config, Memory::on_heap(320, 240, 32)).unwrap()
-}
-
-fn host_step(pipeline: &mut Pipeline<OnHeap>, step: &Step) -> Report {
-    let time = seconds_from_us(step.time_us);
-    if let Some(odometry) = &step.odometry {
-        pipeline.odometry(time, odometry).unwrap();
-    }
-    pipeline.step(time, Grey::new(&step.pixels, 320, 240).unwrap()).unwrap()
-}
-
-/// The bytes of the host's pose, observations and map as the device would send them.
-fn host_bytes(
-    pipeline: &Pipeline<OnHeap>,
-    report: &Report,
-    frame: u32,
-    step: &Step,
-    reset_count: u8,
-) -> Vec<u8> {
-    let (pose, p) = (report.pose, &report.pose_covariance);
-    let landmarks: Vec<Landmark> = pipeline
-        .filter()
-        .landmarks()
-        .iter()
-        .map(|record| landmark_from_filter(pipeline.filter(), record))
-        .collect();
-    let pose = Pose {
-        frame,
-        time_us: step.time_us,
-        position: [pose.x, pose.y],
-        heading: pose.heading,
-        covariance: [p.m11, p.m12, p.m13, p.m22, p.m23, p.m33],
-        reset_count,
-        predicted_only: false,
-        landmarks: landmarks.len() as u16,
-    };
-    let observations: Vec<Observation> =
-        report.corners.iter().map(|corner| observation_from_corner(corner, 1)).collect();
-    bytes(&pose, &observations, &landmarks)
-}
-
-fn bytes(pose: &Pose, observations: &[Observation], landmarks: &[Landmark]) -> Vec<u8> {
-    use monorange_protocol::message::{MAX_LANDMARKS, MAX_OBSERVATIONS, Map, Observations};
-    let mut messages = vec![DeviceMessage::Pose(*pose)];
-    messages.extend(observations.chunks(MAX_OBSERVATIONS).map(|some| {
-        let observations = some.iter().copied().collect();
-        DeviceMessage::Observations(Observations { frame: 0, first: 0, total: 0, observations })
-    }));
-    messages.extend(landmarks.chunks(MAX_LANDMARKS).map(|some| {
-        let landmarks = some.iter().copied().collect();
-        DeviceMessage::Map(Map { frame: 0, first: 0, total: 0, landmarks })
-    }));
-    let mut line = [0; MAX_ENCODED];
-    messages.iter().flat_map(|message| message.encode(0, &mut line).unwrap().to_vec()).collect()
-}
-
-fn device_bytes(answer: &Answer) -> Vec<u8> {
-    let pose = answer.pose.expect("a frame is answered by a pose");
-    bytes(&pose, &answer.observations, &answer.landmarks)
-}
-
-fn device_step(client: &mut Client<UnixStream>, frame: u32, step: &Step) -> io::Result<Answer> {
-    let motion: Vec<_> =
-        step.odometry.iter().map(|odometry| message_from_odometry(odometry, step.time_us)).collect();
-    let begin = FrameBegin { frame, time_us: step.time_us, left: 0, top: 0, width: 320, height: 240 };
-    client.frame(&motion, &begin, &step.pixels)
-}
-
-/// Configures the device; returns its reset count.
-fn configure(client: &mut Client<UnixStream>, config: &Config) -> u8 {
-    let answers = Answers { observations: true, map_every: 1, statistics_every: 1 };
-    let message = HostMessage::Configure(message_from_config(config, answers));
-    client.send(&message, &mut |_| ()).unwrap();
-    let mut count = 0;
-    let configured = &mut |message: &DeviceMessage<'_>| match message {
-        DeviceMessage::Info(info) if info.configured => {
-            count = info.reset_count;
-            true
-        }
-        DeviceMessage::Fault(fault) => panic!("the configuration is refused: {fault:?}"),
-        _ => false,
-    };
-    client.wait_for(configured).unwrap();
-    count
-}
+/// Bytes of the stack that no run may touch.
+const STACK_RESERVE: u32 = 8 * 1024;
 
 /// Sums and maxima of what frames cost.
 #[derive(Default)]
@@ -176,13 +47,15 @@ impl Costs {
         self.stack_size = statistics.stack_size;
     }
 
-    /// Checks the means against what they may be at most.
+    /// Checks the means against what they may be at most, and that the stack has room left.
     fn check(&self, most: [u64; 7]) {
         let means = self.sum.map(|sum| sum / self.frames.max(1));
         let all = means.iter().sum();
         for (mean, most) in means.into_iter().chain([all]).zip(most) {
             assert!(mean <= most, "{mean} instructions are more than {most}");
         }
+        let (used, size) = (self.stack, self.stack_size);
+        assert!(used + STACK_RESERVE <= size, "{used} of {size} bytes of stack leave too little");
     }
 
     fn print(&self, board: &str) {
@@ -212,11 +85,12 @@ fn on_every_board(check: impl Fn(&Board) + Sync) {
 }
 
 /// Instructions a frame that each stage may take on average: interrupt, receive, rows, corners, filter, answer; and all together.
-/// A ratchet: a change for the better lowers them.
+/// A ratchet: a change for the better lowers them. The interrupt's share depends on how many bytes QEMU has ready each time, and
+/// so on the load of this machine; what all stages take together has no such room.
 fn most(board: &Board) -> [u64; 7] {
     match board.name {
-        "mps2-an500" => [1_450_000, 1_750_000, 6_000_000, 2_700_000, 200_000, 250_000, 12_000_000],
-        _ => [1_450_000, 1_750_000, 6_200_000, 3_000_000, 250_000, 250_000, 12_500_000],
+        "mps2-an500" => [1_600_000, 1_750_000, 6_000_000, 2_700_000, 200_000, 250_000, 12_000_000],
+        _ => [1_600_000, 1_750_000, 6_200_000, 3_000_000, 250_000, 250_000, 12_500_000],
     }
 }
 

@@ -122,24 +122,38 @@ fn serve(board: Board, unix: &Path, tcp: Option<u16>) -> Result<()> {
     shell::run(qemu.current_dir(shell::root()))
 }
 
-/// Runs the tests that need boards, with so many pictures of the corridor; builds and weighs the program for silicon as well.
+/// Format and lints of the boards, which the root's workspace does not have.
+pub(crate) fn lint() -> Result<()> {
+    setup::rust_target(TRIPLE)?;
+    let boards = shell::root().join("mcu/boards");
+    shell::run(shell::cargo("fmt --all --check").current_dir(&boards))?;
+    let mut clippy = shell::cargo("clippy --workspace --locked --quiet --target");
+    clippy.arg(TRIPLE).arg("--target-dir").arg(shell::root().join("target/firmware/lints"));
+    shell::run(clippy.args(["--", "-D", "warnings"]).current_dir(&boards))
+}
+
+/// Cases for each of the five properties of the frame decoder: more than a million in all.
+const FUZZ_CASES: &str = "250000";
+
+/// Runs the tests that need boards, with so many pictures of the corridor, and the long run of hostile bytes; builds and weighs
+/// the program for silicon as well.
 pub(crate) fn test(frames: usize) -> Result<()> {
     setup::qemu()?;
     size()?;
     let crashing = Board::An500.build("crash")?;
-    let tests =
-        ["--package monorange-mcu --test in_qemu --test crashes_in_qemu", "--package monorange --test feed"];
-    for test in tests {
-        let mut cargo = shell::cargo(&format!("test {test} -- --nocapture"));
-        cargo.env("MONORANGE_QEMU", "required").env("MONORANGE_FRAMES", frames.to_string());
-        cargo.env("MONORANGE_MPS2_AN500_CRASH", &crashing);
-        for board in BOARDS {
-            let variable = format!("MONORANGE_{}", board.machine().to_uppercase().replace('-', "_"));
-            cargo.env(variable, board.image(""));
-        }
-        shell::run(&mut cargo)?;
+    // Of the whole workspace, as `cargo test` builds it: the features of a package by itself would have all compiled again.
+    let mut cargo = shell::cargo("test");
+    for test in ["in_qemu", "crashes_in_qemu", "feed", "hostile_line"] {
+        cargo.args(["--test", test]);
     }
-    Ok(())
+    cargo.args(["--", "--nocapture"]);
+    cargo.env("MONORANGE_QEMU", "required").env("MONORANGE_FRAMES", frames.to_string());
+    cargo.env("MONORANGE_FUZZ_CASES", FUZZ_CASES).env("MONORANGE_MPS2_AN500_CRASH", crashing);
+    for board in BOARDS {
+        let variable = format!("MONORANGE_{}", board.machine().to_uppercase().replace('-', "_"));
+        cargo.env(variable, board.image(""));
+    }
+    shell::run(&mut cargo)
 }
 
 /// Prints what the programs take, and checks that no pixel costs a call of double precision.

@@ -23,11 +23,13 @@ fn stage(name: &str, checks: fn() -> Result<()>) -> Result<()> {
 
 fn lints() -> Result<()> {
     shell::run(&mut shell::cargo("fmt --all --check"))?;
-    shell::run(&mut shell::cargo("clippy --all-targets --quiet -- -D warnings"))
+    shell::run(&mut shell::cargo("clippy --all-targets --quiet -- -D warnings"))?;
+    firmware::lint()
 }
 
 fn tests() -> Result<()> {
-    shell::run(&mut shell::cargo("test"))
+    // What needs emulated boards has its own stage.
+    shell::run(shell::cargo("test").env("MONORANGE_QEMU", "later"))
 }
 
 /// The core without a standard library, as a microcontroller and a browser build it.

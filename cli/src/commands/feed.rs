@@ -17,6 +17,7 @@ use clap::Args;
 use line::Line;
 use monorange_core::{
     geometry::Pose,
+    pipeline::Config,
     slam::{Decision, Health, Outcome},
 };
 use monorange_protocol::{client::Answer, conversion, message};
@@ -69,6 +70,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let patience =
         patience.ok_or_else(|| Error::new("--patience is no time").help("give seconds above 0"))?;
     let rig = Rig::read(&arguments.inputs.rig)?;
+    check_settings(&rig.settings).map_err(|error| error.at(&arguments.inputs.rig))?;
     let sequence = Sequence::read(arguments.inputs.files(), &rig)?;
     if sequence.odometry.is_none() {
         eprintln!("warning: without --odometry the device takes the robot to stand still");
@@ -91,6 +93,16 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     results::write(&mut outputs, &run)?;
     outputs.commit()?;
     results::print(&run, &arguments.out, arguments.json)
+}
+
+/// What `slam` does with the rig must be what the device does with it: every setting goes over the line.
+fn check_settings(settings: &Config) -> Result<()> {
+    let told = conversion::config_from_message(&conversion::message_from_config(settings, session::ANSWERS));
+    match told.is_ok_and(|told| told == *settings) {
+        true => Ok(()),
+        false => Err(Error::new("the rig has a setting that a co-processor cannot be told")
+            .help("it associates in the map: leave `carrier` at \"map\" under [association]")),
+    }
 }
 
 /// The device on its way through the sequence, and what it has answered.

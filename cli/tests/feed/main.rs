@@ -47,6 +47,20 @@ fn assert_same_files(folder: &Path, out: &str, board: &Board) {
 }
 
 #[test]
+fn a_setting_that_the_device_does_not_know_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    monorange(folder.path(), &["simulate", "--scene", "corridor", "--frames", "2", "--out", "corridor"]);
+    let rig = folder.path().join("corridor/rig.toml");
+    let text = fs::read_to_string(&rig).unwrap();
+    fs::write(rig, text + "\n[association]\ncarrier = \"floor\"\n").unwrap();
+    let feed = [&["feed"], &INPUTS[..], &["--unix", "nowhere"]].concat();
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_monorange")).args(feed).current_dir(folder.path()).output().unwrap();
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success() && told.contains("rig.toml") && told.contains("carrier"), "{told}");
+}
+
+#[test]
 fn a_co_processor_writes_the_very_files_of_slam() {
     let boards = boards();
     if boards.is_empty() {
@@ -87,7 +101,7 @@ fn a_board_that_is_replaced_in_mid_sequence_leaves_no_trace() {
         .stderr(std::process::Stdio::piped())
         .spawn()
         .unwrap();
-    std::thread::sleep(std::time::Duration::from_secs(6));
+    std::thread::sleep(std::time::Duration::from_secs(4));
     assert!(running.try_wait().unwrap().is_none(), "it should be in the middle by now");
     drop(emulator);
     let _again = board.start("replaced");

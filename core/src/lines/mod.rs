@@ -24,10 +24,11 @@
 //! *Floor edges* lie within ±60° of the horizontal and below the top of the region of interest. *Vertical edges*
 //! are those that point to the vanishing point of gravity, which follows from the mount's tilt and roll.
 //!
-//! **Cost.** No frame is held: an extractor for 320×240 stays below 48 KiB (a test says so), of which 18 kB are edge points
-//! and 17 kB line buffers, reused by the Hough transform. Instructions a frame on a Cortex-M7 are in `mcu/README.md`. **Limits.** The outermost four pixels give no edges. A mount that looks
-//! down by more than about 40° shows verticals that lean by more than `vertical_spread` towards the sides. Edges
-//! closer than about 3 px are seen as one.
+//! **Cost.** No frame is held: an extractor for 320×240 stays below 48 KiB (a test says so), of which 18 kB are edge
+//! points and 17 kB line buffers, reused by the Hough transform. Instructions a frame on a Cortex-M7 are in
+//! `mcu/README.md`. **Limits.** The outermost four pixels give no edges. A mount that looks down by more than about
+//! 40° shows verticals that lean by more than `vertical_spread` towards the sides. Edges closer than about 3 px are
+//! seen as one.
 //!
 //! Source: the paper, section 3; gradient-directed voting after F. O'Gorman and M. B. Clowes, "Finding picture
 //! edges through collinearity of feature points", 1976.

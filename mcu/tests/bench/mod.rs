@@ -1,13 +1,14 @@
 //! A device on a bench: a fake engine that remembers what it was given, and a line to talk over.
 #![allow(dead_code, reason = "each test file uses its part")]
 pub(crate) mod faults;
+pub(crate) mod wire;
 
 use monorange_core::{
     Error,
     geometry::{Camera, Mount, RangeFinder},
     pipeline::Config,
 };
-use monorange_mcu::{Board, Device, Engine, Wish, engine::*, meter::Stage};
+use monorange_mcu::{Board, Device, Engine, Ring, WINDOW, Wish, engine::*, meter::Stage};
 use monorange_protocol::{
     conversion::message_from_config,
     frame::{Deframer, LinkCounts, MAX_ENCODED},
@@ -117,16 +118,19 @@ impl Engine for Fake {
     }
 }
 
-/// A board whose every look at the counter takes a tick.
+/// A board whose every look at the counter takes a tick, with the ring between line and main loop.
 #[derive(Default)]
-pub(crate) struct Bench(std::cell::Cell<u32>);
+pub(crate) struct Bench {
+    ticks: std::cell::Cell<u32>,
+    ring: Ring<WINDOW>,
+}
 
 impl Board for Bench {
     const NAME: &'static str = "bench";
     const COST_UNIT: CostUnit = CostUnit::Cycles;
     fn cost(&self) -> u32 {
-        self.0.set(self.0.get().wrapping_add(1));
-        self.0.get()
+        self.ticks.set(self.ticks.get().wrapping_add(1));
+        self.ticks.get()
     }
     fn interrupt_cost(&self) -> u32 {
         0
@@ -144,7 +148,7 @@ impl Board for Bench {
         0
     }
     fn overrun(&self) -> u32 {
-        0
+        self.ring.overrun()
     }
 }
 
@@ -210,12 +214,25 @@ impl Talk {
         self.send(&line).0
     }
 
-    /// Puts bytes on the line, and returns what comes back.
+    /// Puts bytes on the line, slowly enough for the device, and returns what comes back.
     pub(crate) fn send(&mut self, line: &[u8]) -> (Vec<Said>, Wish) {
-        let (mut answer, mut wish) = (vec![], Wish::GoOn);
-        for bytes in line.chunks(61) {
-            if self.device.receive(bytes, &self.board, &mut answer) == Wish::Restart {
-                wish = Wish::Restart;
+        self.send_by(61, line)
+    }
+
+    /// Puts bytes on the line all at once, while the device is busy, and returns what comes back.
+    pub(crate) fn flood(&mut self, line: &[u8]) -> Vec<Said> {
+        self.send_by(usize::MAX, line).0
+    }
+
+    fn send_by(&mut self, at_once: usize, line: &[u8]) -> (Vec<Said>, Wish) {
+        let (mut answer, mut wish, mut bytes) = (vec![], Wish::GoOn, [0; 61]);
+        for part in line.chunks(at_once) {
+            let mut part = part.iter().copied();
+            self.board.ring.fill(|| part.next());
+            while let count @ 1.. = self.board.ring.read(&mut bytes) {
+                if self.device.receive(&bytes[..count], &self.board, &mut answer) == Wish::Restart {
+                    wish = Wish::Restart;
+                }
             }
         }
         let mut said = vec![];

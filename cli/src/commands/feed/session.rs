@@ -10,6 +10,9 @@ use monorange_protocol::{
 };
 use std::{io, time::Duration};
 
+/// What the device is to say of each frame.
+pub(super) const ANSWERS: Answers = Answers { observations: true, map_every: 0, statistics_every: 0 };
+
 /// Why a step with the device did not succeed.
 pub(super) enum Failure {
     /// The line was lost, or the device restarted: connect again.
@@ -76,8 +79,7 @@ impl<'a> Session<'a> {
             );
             return Err(Failure::Refused(Error::new(cause).help("feed smaller pictures")));
         }
-        let answers = Answers { observations: true, map_every: 0, statistics_every: 0 };
-        let configure = conversion::message_from_config(&self.rig.settings, answers);
+        let configure = conversion::message_from_config(&self.rig.settings, ANSWERS);
         client.send(&HostMessage::Configure(configure), &mut |_| ())?;
         let (mut refused, mut reset_count) = (false, 0);
         client.wait_for(&mut |message| {

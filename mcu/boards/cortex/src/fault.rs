@@ -9,18 +9,22 @@ use monorange_protocol::message::RestartCause;
 #[unsafe(link_section = ".uninit.LAST_RUN")]
 static mut LAST_RUN: MaybeUninit<LastRun> = MaybeUninit::uninit();
 
+fn kept() -> *mut MaybeUninit<LastRun> {
+    &raw mut LAST_RUN
+}
+
 /// What the last run left behind.
 pub fn begin() -> LastRun {
     // SAFETY: called once, before anything that can end the run; the handlers below do not return. Any bits are a
     // `LastRun`, which believes its own checksum only.
-    unsafe { (*&raw mut LAST_RUN).assume_init_mut() }.begin()
+    unsafe { (&mut *kept()).assume_init_mut() }.begin()
 }
 
 /// Records why this run ends, and restarts.
 pub fn end(cause: RestartCause, text: impl fmt::Display) -> ! {
     cortex_m::interrupt::disable();
     // SAFETY: this run ends here, with interrupts off: nobody else uses the record any more.
-    unsafe { (*&raw mut LAST_RUN).assume_init_mut() }.record(cause, text);
+    unsafe { (&mut *kept()).assume_init_mut() }.record(cause, text);
     SCB::sys_reset()
 }
 

@@ -5,7 +5,7 @@
 //! | USART 3 (PD8 out, PD9 in) | the line: the ST-LINK's virtual serial port, 921,600 baud |
 //! | clocks | 8 MHz from the ST-LINK, 480 MHz for the core |
 //! | DWT | cycles: time, and the cost of stages |
-//! | SysTick | wakes the main loop ten times a second |
+//! | SysTick | wakes the main loop every 30 ms |
 //! | IWDG 1 | watchdog, fed by the main loop only; 2 s |
 //! | MPU region 0 | no access to the last KiB of the stack |
 #![no_std]
