@@ -61,6 +61,14 @@ fn corridor(
 }
 
 fn solve<T: Real>(matches: &[Match<f64>], model: MotionModel) -> GroundMotion<T> {
+    solve_with(&finder::<T>(), matches, model)
+}
+
+fn solve_with<T: Real>(
+    finder: &RangeFinder<T>,
+    matches: &[Match<f64>],
+    model: MotionModel,
+) -> GroundMotion<T> {
     let narrow = |p: Vector2<f64>| p.map(T::lit);
     let matches: Vec<Match<T>> = matches
         .iter()
@@ -68,7 +76,7 @@ fn solve<T: Real>(matches: &[Match<f64>], model: MotionModel) -> GroundMotion<T>
         .collect();
     let mut tracks = vec![Track::default(); matches.len()];
     let config = GroundMotionConfig { model, ..GroundMotionConfig::default() };
-    ground_motion(&config, &finder::<T>(), &matches, None, &mut tracks).expect("solvable")
+    ground_motion(&config, finder, &matches, None, &mut tracks).expect("solvable")
 }
 
 /// NEES of the step in its own dimensions: path and turn, or dx, dy, dθ.
@@ -150,4 +158,26 @@ fn step_covariance_is_consistent() {
         assert!(model == MotionModel::Free || (mean - 1.0).abs() < 0.15, "{table}");
     }
     insta::assert_snapshot!("ground_motion_nees", table);
+}
+
+#[test]
+fn a_mount_that_is_off_moves_the_step_as_its_derivative_says() {
+    let mut noise = Noise::new(7);
+    let truth = Pose::new(0.2, 0.005, 0.05);
+    let matches = corridor(&mut noise, &finder(), &truth, [60, 60, 20], 0.2);
+    let moved = |index: usize, change: f64| {
+        let mut parameters = finder::<f64>().mount().parameters();
+        parameters[index] += change;
+        let finder = RangeFinder::new(*finder::<f64>().camera(), Mount::new(parameters).expect("a mount"));
+        let pose = solve_with(&finder, &matches, MotionModel::Wheeled).pose;
+        Vector3::new(pose.x, pose.y, pose.heading)
+    };
+    let by_mount = solve::<f64>(&matches, MotionModel::Wheeled).by_mount;
+    let single = solve::<f32>(&matches, MotionModel::Wheeled).by_mount.map(f64::from);
+    for (index, column) in by_mount.column_iter().enumerate() {
+        let size = 1e-3;
+        let slope = (moved(index, size) - moved(index, -size)) / (2.0 * size);
+        assert!((column - slope).norm() < 0.05 * slope.norm(), "{index}: {column} {slope}");
+        assert!((single.column(index) - column).norm() < 0.02 * column.norm(), "{index}: {single} {column}");
+    }
 }

@@ -5,7 +5,7 @@ use monorange_core::slam::{
     Covariance, Decision, Filter, FilterConfig, Increment, Integration, Landmark, Measurement, Observation,
     Outcome, Variant, arc_rotation, states_for, storage_len,
 };
-use nalgebra::{DMatrix, DVector, Matrix2, Matrix3, Vector2};
+use nalgebra::{DMatrix, DVector, Matrix2, Matrix3, Matrix3x4, Vector2};
 
 type TestFilter<T> = Filter<T, Vec<T>, Vec<Landmark<T>>>;
 
@@ -151,6 +151,33 @@ fn predict_update_birth_and_removal_agree_with_dense_matrices() {
             let p = p.remove_rows(7, 2).remove_columns(7, 2);
             near(&filter, &x, &p, "removal");
             assert_eq!(filter.landmark(3).map(|landmark| landmark.offset), Some(7));
+        }
+    }
+}
+
+#[test]
+fn a_step_that_the_camera_saw_takes_the_errors_of_its_mount_along() {
+    for covariance in [Covariance::Packed, Covariance::Factored] {
+        let mount_std = Some([0.01, 0.005, 0.004, 0.006]);
+        let mut filter = filter(3, FilterConfig { covariance, mount_std, ..FilterConfig::default() });
+        let by_mount = Matrix3x4::new(0.9, -0.2, 0.1, 0.3, 0.05, 0.4, -0.6, 0.2, -0.1, 0.7, 1.1, -0.8);
+        let noise = Matrix2::new(0.02, 0.001, 0.001, 0.003);
+        let step = Increment::from_velocity(1.0, 0.3, 0.5, &noise, Integration::Arc);
+        for id in 0..3_u32 {
+            let (x, p) = dense(&filter);
+            filter.predict_seen(f64::from(id), &step, &by_mount).unwrap();
+            let (moved, found) = dense(&filter);
+            let turn = Pose::new(0.0, 0.0, x[2]).rotation().to_homogeneous();
+            let mut f = DMatrix::identity(x.len(), x.len());
+            (f[(0, 2)], f[(1, 2)]) = (-(moved[1] - x[1]), moved[0] - x[0]);
+            f.view_mut((0, 3), (3, 4)).copy_from(&(turn * by_mount));
+            let mut expected = &f * &p * f.transpose();
+            let mut corner = expected.fixed_view_mut::<3, 3>(0, 0);
+            corner += turn * step.covariance * turn.transpose();
+            let error = (&found - &expected).amax();
+            assert!(error < 1e-12, "covariance off by {error} after {id} landmarks, {covariance:?}");
+            // The next step has a landmark more, which the mount's error reaches through the robot.
+            filter.birth(f64::from(id), id, &sighting(2.0 + f64::from(id), 0.3)).unwrap();
         }
     }
 }

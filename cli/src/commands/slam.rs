@@ -7,7 +7,7 @@ use crate::{
     },
     files::{Outputs, Rig, Stamped, Table, confirmed_map},
     pictures::Picture,
-    report::{self, Observation, Run, SHOTS, Shot},
+    report::{self, Carried, Observation, Run, SHOTS, Shot},
 };
 use clap::Args;
 use monorange_core::{
@@ -132,6 +132,7 @@ impl<'a> Drive<'a> {
         let mut run = new_run(&arguments.inputs, rig, sequence);
         run.unmeasured = sequence.odometry.is_none().then_some(0);
         let carrier = rig.settings.carrier;
+        run.carried = (carrier != Carrier::Map).then(Carried::default);
         let free = carrier == Carrier::Free;
         let visual = (sequence.odometry.is_none() || carrier != Carrier::Map)
             .then(|| VisualMotion::new(VisualConfig { free, ..VisualConfig::default() }).map_err(Error::new))
@@ -216,6 +217,9 @@ impl<'a> Drive<'a> {
             return Ok(());
         };
         self.pixels.look(step.motion.as_ref().ok(), step.free.as_ref(), step.new_keyframe);
+        if let Some(carried) = &mut self.run.carried {
+            carried.count(self.pixels.predicted_by());
+        }
         if let Some(unmeasured) = &mut self.run.unmeasured {
             *unmeasured += usize::from(!step.measured);
         }

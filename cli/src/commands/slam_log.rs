@@ -257,6 +257,7 @@ impl Arguments {
             without_range: 0,
             no_room: 0,
             unmeasured: None,
+            carried: None,
             verdict: if health.measurements == 0 { "unchecked" } else { verdict.as_str() },
             mean_nis: health.mean_nis() as f32,
             stages: Vec::new(),

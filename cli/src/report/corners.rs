@@ -33,6 +33,7 @@ impl Run {
             without_range: 0,
             no_room: 0,
             unmeasured: None,
+            carried: None,
             verdict: "unchecked",
             mean_nis: 1.0,
             stages: STAGES.map(|name| Stage { name, times_ms: Vec::new() }).into(),

@@ -29,6 +29,7 @@ use crate::{
     evaluation::{MapErrors, Pair, TrajectoryErrors},
     files::{MapPoint, Stamped},
 };
+use monorange_core::association::PredictedBy;
 use nalgebra::{Matrix2, Vector2};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -103,6 +104,8 @@ pub struct Run {
     pub no_room: u32,
     /// Steps that the pictures did not give, where the motion comes from them.
     pub unmeasured: Option<usize>,
+    /// Who predicted the corners' pixels, where a homography was to carry them.
+    pub carried: Option<Carried>,
     /// The filter's own verdict, or `unchecked` where no corner was matched.
     pub verdict: &'static str,
     /// Mean normalised innovation squared a degree of freedom, over the last measurements; 1 is right.
@@ -111,6 +114,28 @@ pub struct Run {
     pub stages: Vec<Stage>,
     /// Chosen frames.
     pub shots: Vec<Shot>,
+}
+
+/// Pictures by what predicted their corners.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Carried {
+    /// The floor's homography.
+    pub floor: usize,
+    /// The free homography of eight parameters.
+    pub free: usize,
+    /// No homography was good enough: the map.
+    pub map: usize,
+}
+
+impl Carried {
+    /// Counts a picture.
+    pub fn count(&mut self, by: PredictedBy) {
+        match by {
+            PredictedBy::Floor => self.floor += 1,
+            PredictedBy::Free => self.free += 1,
+            PredictedBy::Map => self.map += 1,
+        }
+    }
 }
 
 /// `report.json`; metres, radians and seconds.
@@ -136,6 +161,7 @@ pub struct Summary<'a> {
     births_without_room: u32,
     #[serde(skip_serializing_if = "Option::is_none")]
     visual_steps_not_measured: Option<usize>,
+    corners_carried_by: Option<Carried>,
     decisions: BTreeMap<&'static str, usize>,
     verdict: &'static str,
     mean_nis_per_dof: f32,
@@ -204,6 +230,7 @@ impl Run {
             corners_without_range: corners.then_some(self.without_range),
             births_without_room: self.no_room,
             visual_steps_not_measured: self.unmeasured,
+            corners_carried_by: self.carried,
             decisions: self.decisions(),
             verdict: self.verdict,
             mean_nis_per_dof: self.mean_nis,

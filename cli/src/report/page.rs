@@ -1,5 +1,5 @@
 //! The page's words and order.
-use super::{Run, Subject, floor_plan, plots, svg::escape};
+use super::{Carried, Run, Subject, floor_plan, plots, svg::escape};
 use base64::{Engine, engine::general_purpose::STANDARD};
 use std::fmt::Write as _;
 
@@ -116,6 +116,12 @@ fn remarks(run: &Run) -> Vec<String> {
                 run.trajectory.len() - 1
             ),
         });
+    }
+    if let Some(Carried { floor, free, map }) = run.carried {
+        remarks.push(format!(
+            "The corners of {floor} pictures were predicted by the floor’s homography, of {free} by the free one, and of {map} \
+             by the map."
+        ));
     }
     if run.without_range > 0 {
         remarks.push(format!(
