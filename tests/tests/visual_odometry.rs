@@ -12,7 +12,7 @@ use monorange_tests::visual::{drive, simulated};
 #[test]
 fn a_corridor_is_driven_without_wheels() {
     let config = VisualConfig::default();
-    for seed in [1] {
+    for seed in [1, 2] {
         let scene = Scene::corridor(&SceneConfig { seed, ..Default::default() });
         let simulation = SimConfig { seed, frames: 100, ..Default::default() };
         let simulation = Simulation::new(scene, default_rig().unwrap(), simulation).unwrap();
