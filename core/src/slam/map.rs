@@ -73,8 +73,11 @@ pub struct MapConfig<T> {
     pub view: View<T>,
     /// Nodes of the joint search.
     pub joint_nodes: usize,
-    /// A pair is left out when another landmark is less than this much dearer: 2 ln of the ratio of likelihoods.
+    /// A pair is left out when another explanation of the frame is less than this much dearer: 2 ln of the ratio of
+    /// likelihoods. At 6 it is twenty times less likely.
     pub ambiguity: T,
+    /// Landmarks a square metre that are not in the map yet, where the robot goes: what a pair is weighed against.
+    pub density: T,
 }
 
 impl<T: Real> Default for MapConfig<T> {
@@ -92,6 +95,7 @@ impl<T: Real> Default for MapConfig<T> {
             view: View { near: T::zero(), far: T::lit(5.0), half_angle: T::pi() },
             joint_nodes: 256,
             ambiguity: T::lit(6.0),
+            density: T::lit(0.01),
         }
     }
 }
@@ -110,6 +114,10 @@ impl<T: Real> MapConfig<T> {
                 value,
                 expected: "at least map.match_nis, which is above 0",
             });
+        }
+        if !(self.density > T::zero() && self.density.is_finite()) {
+            let (name, value) = ("map.density", self.density.to_f64());
+            return Err(Error::OutOfRange { name, value, expected: "finite and above 0" });
         }
         if self.confirm == 0 || self.within < self.confirm {
             let (name, value) = ("map.confirm", f64::from(self.confirm));
@@ -193,12 +201,25 @@ pub struct Map<T, S, L> {
 /// A pair in its gate, linearised.
 struct Pair<T> {
     linear: Linearised<T>,
+    form: Form,
     rows: Rows<T>,
 }
 
 struct Pairs<'a, T, F> {
     pairs: &'a [Pair<T>],
     covariance_at: F,
+    density: T,
+}
+
+/// n ln 2π + 2 ln(λ |∂l/∂z|): what the cost of a pair has beside νᵀS⁻¹ν + ln|S|.
+fn offset<T: Real>(linear: &Linearised<T>, form: Form, density: T) -> T {
+    let two = T::lit(2.0);
+    if linear.dof == 1 || form != Form::Point {
+        // One landmark a radian or a metre: of one number nothing better is known.
+        return T::lit(linear.dof as f64) * T::two_pi().ln();
+    }
+    let by_landmark = linear.by_landmark.fixed_columns::<2>(0).determinant().abs();
+    two * (T::two_pi() * density / by_landmark.max(T::default_epsilon())).ln()
 }
 
 impl<T: Real, F: Fn(usize, usize) -> T> Correlated<T> for Pairs<'_, T, F> {
@@ -212,6 +233,14 @@ impl<T: Real, F: Fn(usize, usize) -> T> Correlated<T> for Pairs<'_, T, F> {
         };
         let from_state = packed::cross(&self.covariance_at, &a.rows, &b.rows);
         if left == right { from_state + a.linear.noise } else { from_state }
+    }
+
+    fn noise(&self, candidate: usize) -> Matrix2<T> {
+        self.pairs.get(candidate).map_or_else(Matrix2::zeros, |pair| pair.linear.noise)
+    }
+
+    fn offset(&self, candidate: usize) -> T {
+        self.pairs.get(candidate).map_or(T::zero(), |pair| offset(&pair.linear, pair.form, self.density))
     }
 }
 
@@ -438,7 +467,8 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             if nis <= match_nis || named {
                 // A named pair is taken before all others.
                 let preference = if named { T::lit(-1e6) } else { T::zero() };
-                let cost = nis + T::lit(2.0) * (l11 * l22).ln() + preference;
+                let likelihood = nis + T::lit(2.0) * (l11 * l22).ln();
+                let cost = likelihood + offset(&linear, landmark.form, self.config.density) + preference;
                 let pair = Candidate { observation: index, landmark: slot, cost, dof };
                 report.candidates_dropped += u32::from(candidates.push(pair).is_err());
             }
@@ -458,11 +488,11 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                 let _ = measured.push(pair.observation);
             }
         }
-        let ambiguous = candidates.len() > 1;
         let small = measured.len() <= MAX_PAIRS && candidates.len() <= MAX_JOINT_CANDIDATES;
         let named = features.iter().any(|feature| matches!(feature.hint, Hint::Landmark(_)));
-        if self.config.pairing == Pairing::Nearest || !ambiguous || !small || named {
+        if self.config.pairing == Pairing::Nearest || candidates.len() < 2 || !small || named {
             report.search_truncated |= self.config.pairing == Pairing::Joint && !small;
+            candidates.retain(|pair| pair.cost < T::zero()); // likelier than a new landmark
             exclusive_nearest(candidates);
             return candidates.clone();
         }
@@ -476,14 +506,14 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             };
             let Some(landmark) = self.filter.landmarks().get(candidate.landmark) else { continue };
             let rows = linear.rows(landmark.offset, landmark.form, with_mount);
-            let _ = pairs.push(Pair { linear, rows });
+            let _ = pairs.push(Pair { linear, form: landmark.form, rows });
         }
         if pairs.len() != candidates.len() {
             exclusive_nearest(candidates);
             return candidates.clone();
         }
         let covariance_at = |row, column| self.filter.covariance_at(row, column);
-        let correlated = Pairs { pairs: &pairs, covariance_at };
+        let correlated = Pairs { pairs: &pairs, covariance_at, density: self.config.density };
         let result =
             joint_compatibility(candidates, &correlated, self.config.joint_nodes, self.config.ambiguity);
         report.ambiguous += result.ambiguous as u32;
