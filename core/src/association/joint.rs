@@ -40,6 +40,8 @@ use nalgebra::{Matrix2, Vector2};
 pub const MAX_PAIRS: usize = 16;
 /// Pairs of measurement and landmark that one frame considers.
 pub const MAX_CANDIDATES: usize = 128;
+/// Pairs among which one joint search looks.
+pub const MAX_JOINT_CANDIDATES: usize = 48;
 
 /// A measurement that lies in the gate of a landmark.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,7 +117,8 @@ pub struct JointResult {
 
 /// The likeliest jointly compatible set of candidates within a budget of `nodes`, without its ambiguous pairs.
 ///
-/// `candidates` must be grouped by measurement, the surest measurements first. A pair is ambiguous when a set without
+/// `candidates` must be grouped by measurement, the surest measurements first; those beyond
+/// [`MAX_JOINT_CANDIDATES`] are not looked at. A pair is ambiguous when a set without
 /// it, which pairs some measurement otherwise, costs less than `ambiguity` more; and so are the pairs that cost more
 /// than a new landmark each by itself, unless together they make the set cheaper by `ambiguity`.
 pub fn joint_compatibility<T: Real>(
@@ -165,7 +168,7 @@ struct Search<'a, T, C> {
     root: [[T; 2]; ROWS * MAX_PAIRS],
     whitened: [Vector2<T>; MAX_PAIRS],
     /// What the measurements from a candidate's on can cost at least, by candidate.
-    floor: heapless::Vec<T, MAX_CANDIDATES>,
+    floor: heapless::Vec<T, MAX_JOINT_CANDIDATES>,
     path: heapless::Vec<usize, MAX_PAIRS>,
     best: heapless::Vec<usize, MAX_PAIRS>,
     best_cost: T,
@@ -182,7 +185,8 @@ impl<T: Real, C: Correlated<T>> Search<'_, T, C> {
             let [l11, _, l22] = cholesky(&self.correlated.noise(index))?;
             Some(T::lit(2.0) * (l11 * l22).ln() + self.correlated.offset(index))
         };
-        let _ = self.floor.resize(self.candidates.len(), T::zero()); // candidates come from a vector as long
+        let searched = self.candidates.len().min(MAX_JOINT_CANDIDATES); // those beyond end the search
+        let _ = self.floor.resize(searched, T::zero());
         let (mut after, mut own) = (T::zero(), T::zero());
         for index in (0..self.floor.len()).rev() {
             let next = self.candidates.get(index + 1).map(|pair| pair.observation);
