@@ -102,6 +102,15 @@ pub struct Arguments {
     /// Without names: duplicates lie closer than this, m; 0 merges nothing.
     #[arg(long, value_name = "METRES", value_parser = at_least_zero)]
     merge_distance: Option<f64>,
+    /// Without names: sightings that make a landmark part of the map.
+    #[arg(long, value_name = "NUMBER", value_parser = clap::value_parser!(u32).range(1..=6))]
+    confirm: Option<u32>,
+    /// Without names: a landmark is deleted that was expected in so many frames in a row and not seen; 0 deletes none.
+    #[arg(long, value_name = "FRAMES")]
+    delete_after: Option<u32>,
+    /// Without names: landmarks a square metre that are not in the map yet, which a match is weighed against.
+    #[arg(long, value_name = "NUMBER", value_parser = at_least_zero)]
+    density: Option<f64>,
     /// Without names: a match is made when every other explanation is less likely by this, as 2 ln of the ratio.
     #[arg(long, value_name = "NUMBER", value_parser = at_least_zero)]
     ambiguity: Option<f64>,
@@ -210,6 +219,9 @@ impl Arguments {
         set(&mut settings.map.view.half_angle, self.view_angle);
         set(&mut settings.map.merge_distance, self.merge_distance);
         set(&mut settings.map.birth_nis, self.birth_nis);
+        set(&mut settings.map.density, self.density);
+        settings.map.confirm = self.confirm.unwrap_or(settings.map.confirm);
+        settings.map.delete_after = self.delete_after.unwrap_or(settings.map.delete_after);
         set(&mut settings.map.ambiguity, self.ambiguity);
         settings.landmarks = self.max_landmarks.map_or(settings.landmarks, usize::from);
         settings
@@ -298,7 +310,7 @@ fn setting_lines(settings: &Settings) -> Vec<SettingLine> {
         Association::Unknown => "unknown",
     };
     type Text<'a> = &'a dyn Fn(&Settings) -> String;
-    let rows: [(&str, Text<'_>, &'static str, &'static str); 19] = [
+    let rows: [(&str, Text<'_>, &'static str, &'static str); 22] = [
         ("association", &|s| association(s).to_owned(), "", "whether the names of the log are used"),
         ("filter", &|s| name_of(&FILTERS, &s.filter.variant).to_owned(), "", "which filter"),
         ("gate", &|s| name_of(&GATES, &s.filter.gate).to_owned(), "", "what is done beyond the gate"),
@@ -319,6 +331,9 @@ fn setting_lines(settings: &Settings) -> Vec<SettingLine> {
         ("view-range", &|s| s.map.view.far.to_string(), "m", "landmarks nearer than this are expected"),
         ("view-angle", &|s| s.map.view.half_angle.to_string(), "rad", "and within this bearing"),
         ("merge-distance", &|s| s.map.merge_distance.to_string(), "m", "duplicates lie closer"),
+        ("confirm", &|s| s.map.confirm.to_string(), "", "sightings that make a landmark part of the map"),
+        ("delete-after", &|s| s.map.delete_after.to_string(), "frames", "unseen where expected"),
+        ("density", &|s| s.map.density.to_string(), "1/m²", "landmarks not in the map yet"),
         (
             "ambiguity",
             &|s| s.map.ambiguity.to_string(),

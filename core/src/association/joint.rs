@@ -1,17 +1,32 @@
 //! Which of several landmarks a frame's measurements are of: exclusive nearest, and joint compatibility.
 //!
-//! A measurement may lie in the gates of several landmarks, and landmarks in the gates of several measurements.
-//! *Exclusive nearest* takes pairs in the order of their cost ν ᵀS⁻¹ν + ln|S| (twice the negative logarithm of the
-//! likelihood), each measurement and each landmark once. *Joint compatibility* (Neira and Tardós, 2001) asks more:
-//! that all pairs together fit one error of the robot's pose. With the stacked innovation ν and its covariance S,
+//! A measurement may lie in the gates of several landmarks, and landmarks in the gates of several measurements; and
+//! it may be of a landmark that is not in the map at all. The cost of a pair is twice the negative logarithm of its
+//! likelihood, ν ᵀS⁻¹ν + ln|S|, less that of a landmark not yet mapped, so that 0 is as likely as a new one:
+//!
+//! ```text
+//! c = ν ᵀS⁻¹ν + ln|S| + n ln 2π + 2 ln(λ |∂l/∂z|)        λ: new landmarks a square metre, n: dimension of z
+//! ```
+//!
+//! Where the pose is uncertain S is large and the cost is high however small ν is: anything would have fitted.
+//!
+//! *Exclusive nearest* takes pairs in the order of their cost, each measurement and each landmark once. *Joint
+//! compatibility* (after Neira and Tardós, 2001) asks that all pairs together fit one error of the robot's pose: with
+//! the stacked innovation ν and its covariance S of a whole set,
 //!
 //! ```text
 //! νᵀ S⁻¹ ν ≤ χ²(Σ degrees of freedom)
 //! ```
 //!
-//! and among the sets that fit, the largest, and among those the likeliest, wins. S is factored as the search goes
-//! down, one block row a pair, so a step costs O(pairs²). The search is bounded: it visits at most a given number of
-//! nodes and keeps the best set found, which is never worse than the one greedy descent finds first.
+//! and of the sets that fit, the likeliest wins (not the largest, as in the original: a landmark that was never mapped
+//! would be forced upon one that was). Then every other set that is nearly as likely is looked at: a pair that one of
+//! them does without is *ambiguous* and left out. So are pairs that are no likelier than a new landmark each by itself,
+//! as all are when a loop closes, until enough of them agree. A wrong pair costs the map, a missed one only its
+//! information.
+//!
+//! S is factored as the search goes down, one block row a pair, so a step costs O(pairs²). The search is bounded: a
+//! branch ends where even a perfect fit of all that is left could not win (S of a pair is never below its R), it
+//! visits at most a given number of nodes, and keeps the best set found, which is never worse than greedy descent's.
 #![allow(
     clippy::indexing_slicing,
     reason = "kernel: indices are bounded by MAX_PAIRS and the candidates' length"
@@ -25,6 +40,8 @@ use nalgebra::{Matrix2, Vector2};
 pub const MAX_PAIRS: usize = 16;
 /// Pairs of measurement and landmark that one frame considers.
 pub const MAX_CANDIDATES: usize = 128;
+/// Pairs among which one joint search looks.
+pub const MAX_JOINT_CANDIDATES: usize = 48;
 
 /// A measurement that lies in the gate of a landmark.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,7 +50,7 @@ pub struct Candidate<T> {
     pub observation: usize,
     /// Index of the landmark.
     pub landmark: usize,
-    /// νᵀS⁻¹ν + ln|S|.
+    /// How much less likely than the others, of which only the order counts; or the cost of the module page.
     pub cost: T,
     /// Degrees of freedom.
     pub dof: usize,
@@ -45,6 +62,10 @@ pub trait Correlated<T> {
     fn innovation(&self, candidate: usize) -> Vector2<T>;
     /// The block of S between two candidates: H P Hᵀ, and R added where they are the same.
     fn covariance(&self, left: usize, right: usize) -> Matrix2<T>;
+    /// R of a candidate.
+    fn noise(&self, candidate: usize) -> Matrix2<T>;
+    /// What its cost has beside νᵀS⁻¹ν + ln|S|: n ln 2π + 2 ln(λ |∂l/∂z|).
+    fn offset(&self, candidate: usize) -> T;
 }
 
 /// Keeps, in place, the exclusive nearest candidates; `candidates` comes back sorted by measurement.
@@ -64,9 +85,23 @@ pub fn exclusive_nearest<T: Real>(candidates: &mut heapless::Vec<Candidate<T>, M
     sort_by_key(candidates, |pair| pair.observation);
 }
 
-/// Sorts by measurement, and those of one measurement by cost: the first descent of a joint search is then the greedy one.
+/// The surest measurement's candidates first, and each measurement's in the order of their cost: the first descent of a
+/// joint search is then the greedy one. For at most [`MAX_PAIRS`] measurements; those beyond come last.
 pub(crate) fn sort_for_search<T: Real>(candidates: &mut [Candidate<T>]) {
-    sort_by_key(candidates, |pair| (pair.observation, pair.cost, pair.landmark));
+    let mut least = heapless::Vec::<(usize, T), MAX_PAIRS>::new();
+    for pair in candidates.iter() {
+        match least.iter_mut().find(|(observation, _)| *observation == pair.observation) {
+            Some((_, cost)) => *cost = cost.min(pair.cost),
+            None => {
+                let _ = least.push((pair.observation, pair.cost)); // beyond the capacity: last
+            }
+        }
+    }
+    sort_by_key(candidates, |pair| {
+        let surest = least.iter().find(|(observation, _)| *observation == pair.observation);
+        let least = surest.map_or(T::zero(), |(_, cost)| *cost);
+        (surest.is_none(), least, pair.observation, pair.cost, pair.landmark)
+    });
 }
 
 /// A set of pairs.
@@ -80,11 +115,12 @@ pub struct JointResult {
     pub ambiguous: usize,
 }
 
-/// The largest jointly compatible set of candidates within a budget of `nodes`.
+/// The likeliest jointly compatible set of candidates within a budget of `nodes`, without its ambiguous pairs.
 ///
-/// `candidates` must be sorted by measurement. A pair is left out as ambiguous when its measurement could be of
-/// another free landmark at a joint cost that is less than `ambiguity` higher (2 ln of the ratio of likelihoods): a
-/// wrong pair costs the map, a missed one only its information.
+/// `candidates` must be grouped by measurement, the surest measurements first; those beyond
+/// [`MAX_JOINT_CANDIDATES`] are not looked at. A pair is ambiguous when a set without
+/// it, which pairs some measurement otherwise, costs less than `ambiguity` more; and so are the pairs that cost more
+/// than a new landmark each by itself, unless together they make the set cheaper by `ambiguity`.
 pub fn joint_compatibility<T: Real>(
     candidates: &[Candidate<T>],
     correlated: &impl Correlated<T>,
@@ -96,15 +132,29 @@ pub fn joint_compatibility<T: Real>(
         correlated,
         root: [[T::zero(); 2]; ROWS * MAX_PAIRS],
         whitened: [Vector2::zeros(); MAX_PAIRS],
+        floor: heapless::Vec::new(),
         path: heapless::Vec::new(),
         best: heapless::Vec::new(),
         best_cost: T::zero(),
+        margin: None,
+        rivalled: [false; MAX_PAIRS],
         nodes,
     };
+    search.bound_from_below();
     search.descend(0, T::zero(), T::zero(), 0);
-    let truncated = search.nodes == 0;
-    let mut chosen = search.best.clone();
-    chosen.retain(|index| !search.ambiguous(*index, ambiguity));
+    let mut truncated = search.nodes == 0;
+    if candidates.len() > search.best.len() && !search.best.is_empty() {
+        (search.margin, search.nodes) = (Some(ambiguity), nodes);
+        search.descend(0, T::zero(), T::zero(), 0);
+        if search.nodes == 0 {
+            truncated = true;
+            search.doubt_all_with_rivals();
+        }
+    }
+    search.keep_the_sure_unless_the_rest_agrees(ambiguity);
+    let pairs = search.best.iter().zip(search.rivalled);
+    let chosen =
+        pairs.filter(|(_, rivalled)| !rivalled).map(|(index, _)| *index).collect::<heapless::Vec<_, _>>();
     JointResult { truncated, ambiguous: search.best.len() - chosen.len(), chosen }
 }
 
@@ -117,22 +167,41 @@ struct Search<'a, T, C> {
     /// L of S by blocks: row `pair`, block `other` at [2·(pair·MAX_PAIRS + other)], two scalar rows.
     root: [[T; 2]; ROWS * MAX_PAIRS],
     whitened: [Vector2<T>; MAX_PAIRS],
+    /// What the measurements from a candidate's on can cost at least, by candidate.
+    floor: heapless::Vec<T, MAX_JOINT_CANDIDATES>,
     path: heapless::Vec<usize, MAX_PAIRS>,
     best: heapless::Vec<usize, MAX_PAIRS>,
     best_cost: T,
+    /// Once the best set is known: how much more its rivals may cost.
+    margin: Option<T>,
+    /// Which pairs of the best set some rival does without.
+    rivalled: [bool; MAX_PAIRS],
     nodes: usize,
 }
 
 impl<T: Real, C: Correlated<T>> Search<'_, T, C> {
-    fn descend(&mut self, from: usize, nis: T, cost: T, dof: usize) {
-        let better = self.path.len() > self.best.len()
-            || (self.path.len() == self.best.len() && !self.path.is_empty() && cost < self.best_cost);
-        if better {
-            self.best.clone_from(&self.path);
-            self.best_cost = cost;
+    fn bound_from_below(&mut self) {
+        let least = |index: usize| {
+            let [l11, _, l22] = cholesky(&self.correlated.noise(index))?;
+            Some(T::lit(2.0) * (l11 * l22).ln() + self.correlated.offset(index))
+        };
+        let searched = self.candidates.len().min(MAX_JOINT_CANDIDATES); // those beyond end the search
+        let _ = self.floor.resize(searched, T::zero());
+        let (mut after, mut own) = (T::zero(), T::zero());
+        for index in (0..self.floor.len()).rev() {
+            let next = self.candidates.get(index + 1).map(|pair| pair.observation);
+            if next != Some(self.candidates[index].observation) {
+                (after, own) = (after + own, T::zero());
+            }
+            own = least(index).map_or(own, |cost| own.min(cost));
+            self.floor[index] = after + own;
         }
-        let Some(next) = self.candidates.get(from) else { return };
-        if self.path.is_full() || self.path.len() + self.observations_left(from) < self.best.len() {
+    }
+
+    fn descend(&mut self, from: usize, nis: T, cost: T, dof: usize) {
+        self.visit(cost);
+        let (Some(next), Some(floor)) = (self.candidates.get(from), self.floor.get(from)) else { return };
+        if self.path.is_full() || cost + *floor >= self.limit() {
             return;
         }
         let observation = next.observation;
@@ -151,48 +220,72 @@ impl<T: Real, C: Correlated<T>> Search<'_, T, C> {
             if total > chi2_99(freedom) || self.path.push(index).is_err() {
                 continue;
             }
-            self.descend(from + group, total, cost + step + log_determinant, freedom);
+            let added = step + log_determinant + self.correlated.offset(index);
+            self.descend(from + group, total, cost + added, freedom);
             self.path.pop();
         }
-        // Without this measurement, while that can still win.
-        if self.path.len() + self.observations_left(from + group) >= self.best.len() {
-            self.descend(from + group, nis, cost, dof);
+        self.descend(from + group, nis, cost, dof); // without this measurement
+    }
+
+    /// What a set may cost to be of interest.
+    fn limit(&self) -> T {
+        self.best_cost + self.margin.unwrap_or(T::zero())
+    }
+
+    /// Takes note of the set at hand: as the best one, or as a rival of the best one.
+    fn visit(&mut self, cost: T) {
+        if cost >= self.limit() {
+            return;
+        }
+        if self.margin.is_none() {
+            self.best.clone_from(&self.path);
+            self.best_cost = cost;
+        } else if self.path.iter().any(|index| !self.best.contains(index)) {
+            for (pair, rivalled) in self.best.iter().zip(&mut self.rivalled) {
+                *rivalled |= !self.path.contains(pair);
+            }
         }
     }
 
-    /// Whether a chosen pair's measurement could as well be of another landmark that no other measurement has.
-    fn ambiguous(&mut self, chosen: usize, margin: T) -> bool {
-        let best = self.best.clone();
-        let observation = self.candidates[chosen].observation;
-        for (index, other) in self.candidates.iter().enumerate() {
-            let taken = best.iter().any(|pair| self.candidates[*pair].landmark == other.landmark);
-            if other.observation != observation || taken {
-                continue;
-            }
-            let swapped = best.iter().map(|pair| if *pair == chosen { index } else { *pair });
-            if self.cost_of(swapped).is_some_and(|cost| cost < self.best_cost + margin) {
-                return true;
-            }
+    /// A search for rivals that ended early proves nothing: every pair whose measurement or landmark is in another
+    /// candidate too may have one.
+    fn doubt_all_with_rivals(&mut self) {
+        for (index, rivalled) in self.best.iter().zip(&mut self.rivalled) {
+            let own = self.candidates[*index];
+            let contested = |pair: &Candidate<T>| {
+                (pair.observation == own.observation) != (pair.landmark == own.landmark)
+            };
+            *rivalled |= self.candidates.iter().any(contested);
         }
-        false
     }
 
-    /// The joint cost of a set, `None` where it is not jointly compatible.
+    /// Pairs that are no likelier than a new landmark when looked at alone need the others' word: all of them together
+    /// must make the set likelier by the margin, or they go.
+    fn keep_the_sure_unless_the_rest_agrees(&mut self, margin: T) {
+        let (best, candidates) = (self.best.clone(), self.candidates);
+        let sure = |index: &usize| candidates.get(*index).is_some_and(|pair| pair.cost < T::zero());
+        if best.iter().all(sure) {
+            return;
+        }
+        let without = self.cost_of(best.iter().copied().filter(sure));
+        if without.is_none_or(|cost| self.best_cost <= cost - margin) {
+            return;
+        }
+        for (index, rivalled) in best.iter().zip(&mut self.rivalled) {
+            *rivalled |= !sure(index);
+        }
+    }
+
+    /// The joint cost of a set, `None` where S cannot be factored.
     fn cost_of(&mut self, set: impl Iterator<Item = usize>) -> Option<T> {
         self.path.clear();
-        let (mut nis, mut cost, mut dof) = (T::zero(), T::zero(), 0);
+        let mut cost = T::zero();
         for index in set {
             let (step, log_determinant) = self.extend(index)?;
-            (nis, cost, dof) = (nis + step, cost + step + log_determinant, dof + self.candidates[index].dof);
+            cost += step + log_determinant + self.correlated.offset(index);
             self.path.push(index).ok()?;
         }
-        (nis <= chi2_99(dof)).then_some(cost)
-    }
-
-    fn observations_left(&self, from: usize) -> usize {
-        let rest = &self.candidates[from..];
-        let changes = rest.iter().zip(rest.iter().skip(1)).filter(|(a, b)| a.observation != b.observation);
-        changes.count() + usize::from(!rest.is_empty())
+        Some(cost)
     }
 
     fn block(&self, row: usize, column: usize) -> Matrix2<T> {
@@ -251,10 +344,12 @@ mod tests {
     use super::*;
 
     /// Measurements of a line of landmarks by a robot whose own position is uncertain: all innovations share it.
+    #[derive(Clone, Copy)]
     struct Line {
         innovations: [f64; 4],
         shared: f64,
         own: f64,
+        offset: f64,
     }
 
     impl Correlated<f64> for Line {
@@ -264,6 +359,12 @@ mod tests {
         fn covariance(&self, left: usize, right: usize) -> Matrix2<f64> {
             let own = if left == right { self.own } else { 0.0 };
             Matrix2::new(self.shared + own, 0.0, 0.0, if left == right { 1.0 } else { 0.0 })
+        }
+        fn noise(&self, _: usize) -> Matrix2<f64> {
+            Matrix2::new(self.own, 0.0, 0.0, 1.0)
+        }
+        fn offset(&self, _: usize) -> f64 {
+            self.offset
         }
     }
 
@@ -276,7 +377,7 @@ mod tests {
         // Landmarks at 0 and 1; the robot is off by 0.9. Measurement 0 (of landmark 0) lies at 0.9: nearest is
         // landmark 1 (−0.1), but then measurement 1, at 1.9, has only an error of 0.9 against landmark 1 to offer.
         let candidates = [pair(0, 1, 0.01), pair(0, 0, 0.81), pair(1, 1, 0.81)];
-        let line = Line { innovations: [-0.1, 0.9, 0.9, 0.0], shared: 1.0, own: 0.001 };
+        let line = Line { innovations: [-0.1, 0.9, 0.9, 0.0], shared: 1.0, own: 0.001, offset: 0.0 };
         let result = joint_compatibility(&candidates, &line, 100, 0.0);
         assert_eq!(&result.chosen[..], &[1, 2]);
         assert!(!result.truncated);
@@ -288,14 +389,33 @@ mod tests {
     #[test]
     fn a_pair_that_does_not_fit_the_others_is_left_out() {
         let candidates = [pair(0, 0, 0.8), pair(1, 1, 0.8), pair(2, 2, 0.8)];
-        let line = Line { innovations: [0.9, 0.9, -0.9, 0.0], shared: 1.0, own: 0.001 };
+        let line = Line { innovations: [0.9, 0.9, -0.9, 0.0], shared: 1.0, own: 0.001, offset: -1.0 };
         assert_eq!(&joint_compatibility(&candidates, &line, 100, 0.0).chosen[..], &[0, 1]);
+    }
+
+    #[test]
+    fn a_single_pair_that_anything_would_have_fitted_is_left_out_and_two_that_agree_are_not() {
+        let line = Line { innovations: [0.3, 0.3, 0.0, 0.0], shared: 4.0, own: 0.001, offset: 0.0 };
+        assert!(joint_compatibility(&[pair(0, 0, 0.0)], &line, 100, 0.0).chosen.is_empty());
+        let both = [pair(0, 0, 0.0), pair(1, 1, 0.0)];
+        assert_eq!(&joint_compatibility(&both, &line, 100, 0.0).chosen[..], &[0, 1]);
+    }
+
+    #[test]
+    fn a_row_that_fits_as_well_one_landmark_further_on_is_ambiguous() {
+        // Two measurements of landmarks 0 and 1, or of 1 and 2: the offsets differ by the same 0.4 m.
+        let candidates = [pair(0, 0, 0.0), pair(0, 1, 0.0), pair(1, 1, 0.0), pair(1, 2, 0.0)];
+        let line = Line { innovations: [0.2, -0.2, 0.2, -0.2], shared: 0.1, own: 0.001, offset: 0.0 };
+        let result = joint_compatibility(&candidates, &line, 100, 1.0);
+        assert_eq!((result.chosen.len(), result.ambiguous), (0, 2));
+        let sure = Line { innovations: [0.0, -0.4, 0.0, -0.4], ..line };
+        assert_eq!(&joint_compatibility(&candidates, &sure, 100, 1.0).chosen[..], &[0, 2]);
     }
 
     #[test]
     fn a_spent_budget_is_reported() {
         let candidates = [pair(0, 0, 0.8), pair(1, 1, 0.8), pair(2, 2, 0.8)];
-        let line = Line { innovations: [0.9, 0.9, -0.9, 0.0], shared: 1.0, own: 0.001 };
+        let line = Line { innovations: [0.9, 0.9, -0.9, 0.0], shared: 1.0, own: 0.001, offset: -1.0 };
         let result = joint_compatibility(&candidates, &line, 2, 0.0);
         assert!(result.truncated);
         assert_eq!(&result.chosen[..], &[0, 1]);

@@ -7,7 +7,8 @@ pub use gate::{CHI2_99, Gate, inflation, normalised_square};
 pub(crate) use gate::{cholesky, forward};
 pub(crate) use joint::sort_for_search;
 pub use joint::{
-    Candidate, Correlated, JointResult, MAX_CANDIDATES, MAX_PAIRS, exclusive_nearest, joint_compatibility,
+    Candidate, Correlated, JointResult, MAX_CANDIDATES, MAX_JOINT_CANDIDATES, MAX_PAIRS, exclusive_nearest,
+    joint_compatibility,
 };
 pub use pixels::{
     Corner, PixelMemory, PixelPairing, PixelReport, PredictedBy, Remembered, carry_pixel, choose_carrier,

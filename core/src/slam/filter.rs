@@ -1,4 +1,9 @@
 //! The filter's state, its configuration, and the prediction.
+mod config;
+mod read;
+
+pub use config::{Covariance, FilterConfig, Variant};
+
 use super::factored;
 use super::landmark::{Form, Landmark};
 use super::measurement::Measurement;
@@ -7,82 +12,10 @@ use super::motion::Increment;
 use super::packed;
 use super::triangle::{Triangle, TriangleRef, packed_len};
 use crate::association::Gate;
-use crate::geometry::{Mount, Pose, RangeFinder, wrap_angle};
+use crate::geometry::{Pose, RangeFinder, wrap_angle};
 use crate::{Error, Real, Result};
 use core::marker::PhantomData;
-use nalgebra::{Matrix2, Matrix3, Matrix3x4, Matrix4, Vector2, Vector4};
-
-/// Which extended Kalman filter.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Variant {
-    /// Right-invariant: exponential retraction and covariance reset. Consistent on long loops.
-    #[default]
-    Invariant,
-    /// The paper's (12), (13): over-confident on long loops.
-    Textbook,
-    /// Jacobians at first estimates: consistent, brittle when a first estimate is an outlier.
-    FirstEstimates,
-}
-
-/// How the covariance is kept.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Covariance {
-    /// P itself, packed: the fastest.
-    #[default]
-    Packed,
-    /// P = U D Uᵀ, packed: positive by construction, twice the work. For months in `f32`.
-    Factored,
-}
-
-/// Settings of the filter. Checked once, by [`Filter::new`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FilterConfig<T> {
-    /// Which filter.
-    pub variant: Variant,
-    /// How the covariance is kept.
-    pub covariance: Covariance,
-    /// What is done with a measurement beyond its gate.
-    pub gate: Gate,
-    /// The gate for 1 and 2 degrees of freedom, a value of χ².
-    pub gate_nis: [T; 2],
-    /// The camera on its mount, for [`Measurement::Pixel`](super::Measurement::Pixel).
-    pub finder: Option<RangeFinder<T>>,
-    /// Standard deviations of the mount's height (m), tilt, roll and yaw (rad): their errors become states.
-    pub mount_std: Option<[T; 4]>,
-    /// (range, standard deviation) in metres of a landmark seen by its bearing alone.
-    pub range_prior: (T, T),
-    /// Whether the invariant filter takes range and bearing as a position in the robot's frame, where its errors are
-    /// linear. The other filters take them as they are, as the paper does.
-    pub polar_as_point: bool,
-    /// Linearity index below which an inverse-distance landmark becomes a point.
-    pub linearity: T,
-}
-
-impl<T: Real> Default for FilterConfig<T> {
-    fn default() -> Self {
-        Self {
-            variant: Variant::default(),
-            covariance: Covariance::default(),
-            gate: Gate::default(),
-            gate_nis: crate::association::CHI2_99.map(T::lit),
-            finder: None,
-            mount_std: None,
-            range_prior: (T::lit(4.0), T::lit(4.0)),
-            polar_as_point: true,
-            linearity: T::lit(0.1),
-        }
-    }
-}
-
-impl<T: Real> FilterConfig<T> {
-    /// Whether a filter can run with these settings.
-    ///
-    /// # Errors
-    /// [`Error::OutOfRange`] with the name of the first value that it cannot use.
-    pub fn check(&self) -> Result<()> {
-        check_config(self)
-    }
-}
+use nalgebra::{Matrix2, Matrix3, Matrix3x4, Vector2};
 
 /// Landmarks whose downdates share one pass over the covariance.
 pub(super) const BATCH: usize = 4;
@@ -184,7 +117,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         if capacity < start {
             return Err(Error::Size { name: "filter.storage", got: length, expected: storage_len(start) });
         }
-        check_config(&config)?;
+        config.check()?;
         let prior = Increment { delta: [pose.x, pose.y, pose.heading].into(), covariance };
         prior.check()?;
         let first_pose = [pose.x, pose.y, pose.heading];
@@ -238,114 +171,6 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     /// The settings of the gate, which may change while the filter runs.
     pub fn set_gate(&mut self, gate: Gate) {
         self.config.gate = gate;
-    }
-
-    /// Seconds, as of the last prediction or birth.
-    pub fn time(&self) -> f64 {
-        self.time
-    }
-
-    /// The robot in the world.
-    pub fn pose(&self) -> Pose<T> {
-        let [x, y, heading] = self.robot();
-        Pose::new(x, y, heading)
-    }
-
-    /// Covariance of (x, y, heading).
-    pub fn pose_covariance(&self) -> Matrix3<T> {
-        Matrix3::from_fn(|row, column| self.covariance_at(row, column))
-    }
-
-    /// The landmarks' records in the order of their births; their numbers come from
-    /// [`position`](Self::position).
-    pub fn landmarks(&self) -> &[Landmark<T>] {
-        self.landmarks.as_ref().get(..self.count).unwrap_or_default()
-    }
-
-    /// The records, for the fields that are not the filter's own.
-    pub fn landmarks_mut(&mut self) -> &mut [Landmark<T>] {
-        self.landmarks.as_mut().get_mut(..self.count).unwrap_or_default()
-    }
-
-    /// The landmark called `id`.
-    pub fn landmark(&self, id: u32) -> Option<&Landmark<T>> {
-        self.landmarks().iter().find(|landmark| landmark.id == id)
-    }
-
-    /// A landmark's position in the world; `None` for an inverse-distance landmark without a finite distance.
-    pub fn position(&self, landmark: &Landmark<T>) -> Option<Vector2<T>> {
-        let anchor = Vector2::new(self.x(landmark.offset), self.x(landmark.offset + 1));
-        if landmark.form == Form::Point {
-            return Some(anchor);
-        }
-        let (angle, inverse) = (self.x(landmark.offset + 2), self.x(landmark.offset + 3));
-        let towards = Vector2::new(angle.cos(), angle.sin());
-        (inverse > T::lit(1e-4)).then(|| anchor + towards / inverse)
-    }
-
-    /// Covariance of [`position`](Self::position), to first order.
-    pub fn position_covariance(&self, landmark: &Landmark<T>) -> Option<Matrix2<T>> {
-        self.position(landmark)?;
-        let rows = self.position_rows(landmark);
-        Some(packed::cross(|row, column| self.covariance_at(row, column), &rows, &rows))
-    }
-
-    /// Errors of the mount's height (m), tilt, roll, yaw (rad), where they are states: true minus assumed.
-    pub fn mount_error(&self) -> Option<Vector4<T>> {
-        self.config.mount_std.map(|_| Vector4::from_fn(|row, _| self.x(ROBOT + row)))
-    }
-
-    /// Covariance of [`mount_error`](Self::mount_error).
-    pub fn mount_error_covariance(&self) -> Option<Matrix4<T>> {
-        let entry = |row, column| self.covariance_at(ROBOT + row, ROBOT + column);
-        self.config.mount_std.map(|_| Matrix4::from_fn(entry))
-    }
-
-    /// Standard deviations of [`mount_error`](Self::mount_error).
-    pub fn mount_error_std(&self) -> Option<Vector4<T>> {
-        self.mount_error_covariance().map(|covariance| covariance.diagonal().map(|variance| variance.sqrt()))
-    }
-
-    /// The range finder with the mount as estimated.
-    pub fn finder(&self) -> Option<RangeFinder<T>> {
-        let finder = self.config.finder?;
-        let Some(error) = self.mount_error() else { return Some(finder) };
-        let mut parameters = finder.mount().parameters();
-        for (parameter, error) in parameters.iter_mut().zip(error.iter()) {
-            *parameter += *error;
-        }
-        let mount = Mount::new(parameters).ok()?;
-        Some(RangeFinder::new(*finder.camera(), mount))
-    }
-
-    /// States in use and states there is room for.
-    pub fn states(&self) -> (usize, usize) {
-        (self.size, self.capacity)
-    }
-
-    /// One entry of P. States are x, y, heading, the mount's four where estimated, then the landmarks' at their
-    /// offsets. Zero outside.
-    pub fn covariance_at(&self, row: usize, column: usize) -> T {
-        if row >= self.size || column >= self.size {
-            return T::zero();
-        }
-        match self.config.covariance {
-            Covariance::Packed => self.triangle().at(row, column),
-            Covariance::Factored => factored::covariance_at(self.triangle(), row, column),
-        }
-    }
-
-    /// One number of the state. Zero outside.
-    pub fn state_at(&self, index: usize) -> T {
-        if index < self.size { self.x(index) } else { T::zero() }
-    }
-
-    /// What rounding has taken from a number of the state, which is kept beside it: their sum has twice the digits.
-    /// Zero outside.
-    pub fn rounding_at(&self, index: usize) -> T {
-        let all = self.storage.as_ref();
-        let rounding = all.get(self.capacity + index).copied().filter(|_| index < self.size);
-        rounding.unwrap_or(T::zero())
     }
 
     /// Predicts the robot's motion up to `time` seconds: (8), (12). O(n).
@@ -549,17 +374,4 @@ impl<T: Real> Parts<'_, T> {
     pub(super) fn robot(&self) -> [T; 3] {
         [self.x[0], self.x[1], self.x[2]]
     }
-}
-
-fn check_config<T: Real>(config: &FilterConfig<T>) -> Result<()> {
-    let positive = |name, number: T| {
-        let value = number.to_f64();
-        let ok = number.is_finite() && number > T::zero();
-        if ok { Ok(()) } else { Err(Error::OutOfRange { name, value, expected: "finite and above 0" }) }
-    };
-    config.gate_nis.into_iter().try_for_each(|gate| positive("filter.gate_nis", gate))?;
-    config.mount_std.into_iter().flatten().try_for_each(|std| positive("filter.mount_std", std))?;
-    positive("filter.range_prior", config.range_prior.0)?;
-    positive("filter.range_prior", config.range_prior.1)?;
-    positive("filter.linearity", config.linearity)
 }

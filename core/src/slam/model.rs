@@ -50,8 +50,8 @@ pub(super) type Rows<T> = heapless::Vec<Row<T>, 6>;
 /// A measurement linearised about the state. A measurement of one degree of freedom has zeros in its second row
 /// and an identity there in `noise`.
 ///
-/// Build one of these to give the filter a measurement it does not know, after checking its Jacobians against
-/// central differences.
+/// Build one of these to give the filter a measurement it does not know, after checking its Jacobians with
+/// [`check_jacobians`](super::check_jacobians).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Linearised<T> {
     /// Measured minus predicted, bearings wrapped.

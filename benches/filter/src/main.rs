@@ -1,0 +1,131 @@
+//! One range-and-bearing landmark update, and one prediction, at N landmarks in `f32`: this project's filter beside
+//! minikalman, kfilter and numeris, and beside one pass over the packed covariance's memory. Ratios of one run on one
+//! machine; an absolute time of another day says nothing.
+//!
+//! ```sh
+//! cargo run --release --manifest-path benches/filter/Cargo.toml
+//! ```
+//!
+//! The peers have dense covariances and Jacobians, which is what they offer: the update costs them O(n³) or n²·m.
+//! They hold theirs by value, so the measuring thread has a large stack.
+//!
+//! An update of the invariant filter needs four products and four sums an entry of P (two of each for the two scalars, two
+//! for the reset), which at four lanes takes longer than to move the entry: "update / pass" says how much longer.
+mod peers;
+
+use monorange_core::geometry::Pose;
+use monorange_core::slam::{
+    Covariance, Filter, FilterConfig, Increment, Integration, Landmark, Measurement, Observation, Outcome,
+    Variant, packed_len, states_for, storage_len,
+};
+use nalgebra::{Matrix2, Matrix3, Vector2};
+use std::hint::black_box;
+use std::time::Instant;
+
+/// Microseconds of one call: the least of five rounds of at least 60 ms.
+pub(crate) fn time(mut call: impl FnMut()) -> f64 {
+    let round = || {
+        let (start, mut calls) = (Instant::now(), 0_u32);
+        while start.elapsed().as_secs_f64() < 0.06 {
+            call();
+            calls += 1;
+        }
+        start.elapsed().as_secs_f64() / f64::from(calls)
+    };
+    std::iter::repeat_with(round).take(5).fold(f64::INFINITY, f64::min) * 1e6
+}
+
+type HostFilter = Filter<f32, Vec<f32>, Vec<Landmark<f32>>>;
+
+fn filter(landmarks: usize, variant: Variant, covariance: Covariance) -> HostFilter {
+    let storage = vec![0.0; storage_len(states_for(landmarks, false))];
+    let config = FilterConfig { variant, covariance, ..FilterConfig::default() };
+    let records = vec![Landmark::default(); landmarks];
+    let mut filter =
+        Filter::new(storage, records, Pose::default(), Matrix3::identity() * 0.01, config).expect("sound");
+    for id in 0..landmarks {
+        let measurement = sighting(id);
+        filter.birth(0.0, id as u32, &measurement).expect("there is room");
+    }
+    filter
+}
+
+fn sighting(id: usize) -> Measurement<f32> {
+    let bearing = (0.1 * id as f32) % 3.0 - 1.5;
+    Measurement::range_bearing(3.0 + (id % 7) as f32, bearing, 0.1, 0.03)
+}
+
+/// Microseconds of an update by `seen` landmarks of one frame, a landmark; and of a prediction.
+fn ours(landmarks: usize, seen: usize, variant: Variant, covariance: Covariance) -> [f64; 2] {
+    let fresh = filter(landmarks, variant, covariance);
+    let mut working = fresh.clone();
+    let frame: Vec<_> = (0..seen)
+        .map(|k| {
+            let id = (landmarks / 4 + k * landmarks / (seen + 1)) % landmarks;
+            Observation { landmark: id as u32, measurement: sighting(id) }
+        })
+        .collect();
+    let mut outcomes = vec![Outcome::default(); seen];
+    let update = time(|| working.update(black_box(&frame), &mut outcomes).expect("known landmarks"));
+    let mut working = fresh;
+    let noise = Matrix2::from_diagonal(&Vector2::new(1e-6, 1e-6));
+    let step = Increment::from_velocity(0.01, 0.01, 1.0, &noise, Integration::Arc);
+    let mut now = 0.0;
+    let predict = time(|| {
+        now += 1.0;
+        working.predict(now, black_box(&step)).expect("time goes on");
+    });
+    black_box(working.pose());
+    [update / seen as f64, predict]
+}
+
+/// Microseconds to read and write the packed covariance once.
+fn memory_pass(landmarks: usize) -> f64 {
+    let mut packed = vec![1.0_f32; packed_len(states_for(landmarks, false))];
+    let factor = black_box(1.000_000_1_f32);
+    time(|| {
+        for entry in black_box(&mut packed[..]) {
+            *entry *= factor;
+        }
+    })
+}
+
+fn line<const STATES: usize>() {
+    let landmarks = (STATES - 3) / 2;
+    let [update, predict] = ours(landmarks, 1, Variant::Invariant, Covariance::Packed);
+    let [in_frame, _] = ours(landmarks, 4, Variant::Invariant, Covariance::Packed);
+    let [textbook, _] = ours(landmarks, 1, Variant::Textbook, Covariance::Packed);
+    let [factored, _] = ours(landmarks, 1, Variant::Invariant, Covariance::Factored);
+    let pass = memory_pass(landmarks);
+    let peers = [
+        ("minikalman", peers::minikalman::<STATES>()),
+        ("kfilter", peers::kfilter::<STATES>()),
+        ("numeris", peers::numeris::<STATES>()),
+    ];
+    println!("N = {landmarks} ({STATES} states), µs a landmark update");
+    println!(
+        "  monorange invariant {update:10.2}   in a frame of 4 {in_frame:.2}   textbook {textbook:.2}   factored {factored:.2}   predict {predict:.3}"
+    );
+    println!(
+        "  pass over P         {pass:10.2}   update / pass {:.2}, in a frame of 4 {:.2}",
+        update / pass,
+        in_frame / pass
+    );
+    for (name, [peer_update, peer_predict]) in peers {
+        println!(
+            "  {name:<19} {peer_update:10.2}   {:.0} × ours   predict {peer_predict:.2}",
+            peer_update / update
+        );
+    }
+}
+
+fn main() {
+    // The peers hold their matrices by value.
+    let measure = || {
+        line::<43>();
+        line::<203>();
+        line::<803>();
+    };
+    let thread = std::thread::Builder::new().stack_size(1 << 30).spawn(measure).expect("a thread");
+    thread.join().expect("no peer overflows");
+}

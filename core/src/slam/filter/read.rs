@@ -1,0 +1,118 @@
+//! What can be read from a filter: pose, landmarks, mount and covariances.
+use super::{Covariance, Filter, ROBOT};
+use crate::Real;
+use crate::geometry::{Mount, Pose, RangeFinder};
+use crate::slam::factored;
+use crate::slam::landmark::{Form, Landmark};
+use crate::slam::packed;
+use nalgebra::{Matrix2, Matrix3, Matrix4, Vector2, Vector4};
+
+impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landmark<T>]>> Filter<T, S, L> {
+    /// Seconds, as of the last prediction or birth.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// The robot in the world.
+    pub fn pose(&self) -> Pose<T> {
+        let [x, y, heading] = self.robot();
+        Pose::new(x, y, heading)
+    }
+
+    /// Covariance of (x, y, heading).
+    pub fn pose_covariance(&self) -> Matrix3<T> {
+        Matrix3::from_fn(|row, column| self.covariance_at(row, column))
+    }
+
+    /// The landmarks' records in the order of their births; their numbers come from
+    /// [`position`](Self::position).
+    pub fn landmarks(&self) -> &[Landmark<T>] {
+        self.landmarks.as_ref().get(..self.count).unwrap_or_default()
+    }
+
+    /// The records, for the fields that are not the filter's own.
+    pub fn landmarks_mut(&mut self) -> &mut [Landmark<T>] {
+        self.landmarks.as_mut().get_mut(..self.count).unwrap_or_default()
+    }
+
+    /// The landmark called `id`.
+    pub fn landmark(&self, id: u32) -> Option<&Landmark<T>> {
+        self.landmarks().iter().find(|landmark| landmark.id == id)
+    }
+
+    /// A landmark's position in the world; `None` for an inverse-distance landmark without a finite distance.
+    pub fn position(&self, landmark: &Landmark<T>) -> Option<Vector2<T>> {
+        let anchor = Vector2::new(self.x(landmark.offset), self.x(landmark.offset + 1));
+        if landmark.form == Form::Point {
+            return Some(anchor);
+        }
+        let (angle, inverse) = (self.x(landmark.offset + 2), self.x(landmark.offset + 3));
+        let towards = Vector2::new(angle.cos(), angle.sin());
+        (inverse > T::lit(1e-4)).then(|| anchor + towards / inverse)
+    }
+
+    /// Covariance of [`position`](Self::position), to first order.
+    pub fn position_covariance(&self, landmark: &Landmark<T>) -> Option<Matrix2<T>> {
+        self.position(landmark)?;
+        let rows = self.position_rows(landmark);
+        Some(packed::cross(|row, column| self.covariance_at(row, column), &rows, &rows))
+    }
+
+    /// Errors of the mount's height (m), tilt, roll, yaw (rad), where they are states: true minus assumed.
+    pub fn mount_error(&self) -> Option<Vector4<T>> {
+        self.config.mount_std.map(|_| Vector4::from_fn(|row, _| self.x(ROBOT + row)))
+    }
+
+    /// Covariance of [`mount_error`](Self::mount_error).
+    pub fn mount_error_covariance(&self) -> Option<Matrix4<T>> {
+        let entry = |row, column| self.covariance_at(ROBOT + row, ROBOT + column);
+        self.config.mount_std.map(|_| Matrix4::from_fn(entry))
+    }
+
+    /// Standard deviations of [`mount_error`](Self::mount_error).
+    pub fn mount_error_std(&self) -> Option<Vector4<T>> {
+        self.mount_error_covariance().map(|covariance| covariance.diagonal().map(|variance| variance.sqrt()))
+    }
+
+    /// The range finder with the mount as estimated.
+    pub fn finder(&self) -> Option<RangeFinder<T>> {
+        let finder = self.config.finder?;
+        let Some(error) = self.mount_error() else { return Some(finder) };
+        let mut parameters = finder.mount().parameters();
+        for (parameter, error) in parameters.iter_mut().zip(error.iter()) {
+            *parameter += *error;
+        }
+        let mount = Mount::new(parameters).ok()?;
+        Some(RangeFinder::new(*finder.camera(), mount))
+    }
+
+    /// States in use and states there is room for.
+    pub fn states(&self) -> (usize, usize) {
+        (self.size, self.capacity)
+    }
+
+    /// One entry of P. States are x, y, heading, the mount's four where estimated, then the landmarks' at their
+    /// offsets. Zero outside.
+    pub fn covariance_at(&self, row: usize, column: usize) -> T {
+        if row >= self.size || column >= self.size {
+            return T::zero();
+        }
+        match self.config.covariance {
+            Covariance::Packed => self.triangle().at(row, column),
+            Covariance::Factored => factored::covariance_at(self.triangle(), row, column),
+        }
+    }
+
+    /// One number of the state. Zero outside.
+    pub fn state_at(&self, index: usize) -> T {
+        if index < self.size { self.x(index) } else { T::zero() }
+    }
+
+    /// What rounding has taken from a number of the state, which is kept beside it: their sum has twice the digits.
+    /// Zero outside.
+    pub fn rounding_at(&self, index: usize) -> T {
+        let all = self.storage.as_ref();
+        let rounding = all.get(self.capacity + index).copied().filter(|_| index < self.size);
+        rounding.unwrap_or(T::zero())
+    }
+}

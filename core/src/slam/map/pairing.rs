@@ -1,0 +1,233 @@
+//! Candidates, pairing and update of a frame: which measurement is of which landmark.
+use super::{Feature, Hint, MAX_FEATURES, Map, MapReport, Pairing};
+use crate::Real;
+use crate::association::{
+    Candidate, Correlated, MAX_CANDIDATES, MAX_JOINT_CANDIDATES, MAX_PAIRS, cholesky, exclusive_nearest,
+    joint_compatibility, normalised_square, sort_for_search,
+};
+use crate::geometry::RangeFinder;
+use crate::slam::birth::Nearby;
+use crate::slam::landmark::{Form, Landmark, Status};
+use crate::slam::measurement::Measurement;
+use crate::slam::model::{Linearised, Rows};
+use crate::slam::packed;
+use crate::slam::update::{Decision, Outcome, Pending};
+use nalgebra::{Matrix2, Vector2};
+
+/// A pair in its gate, linearised.
+struct Pair<T> {
+    linear: Linearised<T>,
+    form: Form,
+    rows: Rows<T>,
+}
+
+struct Pairs<'a, T, F> {
+    pairs: &'a [Pair<T>],
+    covariance_at: F,
+    density: T,
+}
+
+/// n ln 2π + 2 ln(λ |∂l/∂z|): what the cost of a pair has beside νᵀS⁻¹ν + ln|S|.
+fn offset<T: Real>(linear: &Linearised<T>, form: Form, density: T) -> T {
+    let two = T::lit(2.0);
+    if linear.dof == 1 || form != Form::Point {
+        // One landmark a radian or a metre: of one number nothing better is known.
+        return T::lit(linear.dof as f64) * T::two_pi().ln();
+    }
+    let by_landmark = linear.by_landmark.fixed_columns::<2>(0).determinant().abs();
+    two * (T::two_pi() * density / by_landmark.max(T::default_epsilon())).ln()
+}
+
+impl<T: Real, F: Fn(usize, usize) -> T> Correlated<T> for Pairs<'_, T, F> {
+    fn innovation(&self, candidate: usize) -> Vector2<T> {
+        self.pairs.get(candidate).map_or_else(Vector2::zeros, |pair| pair.linear.innovation)
+    }
+
+    fn covariance(&self, left: usize, right: usize) -> Matrix2<T> {
+        let (Some(a), Some(b)) = (self.pairs.get(left), self.pairs.get(right)) else {
+            return Matrix2::zeros();
+        };
+        let from_state = packed::cross(&self.covariance_at, &a.rows, &b.rows);
+        if left == right { from_state + a.linear.noise } else { from_state }
+    }
+
+    fn noise(&self, candidate: usize) -> Matrix2<T> {
+        self.pairs.get(candidate).map_or_else(Matrix2::zeros, |pair| pair.linear.noise)
+    }
+
+    fn offset(&self, candidate: usize) -> T {
+        self.pairs.get(candidate).map_or(T::zero(), |pair| offset(&pair.linear, pair.form, self.density))
+    }
+}
+
+impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landmark<T>]>> Map<T, S, L> {
+    pub(super) fn pair(
+        &mut self,
+        features: &[Feature<T>],
+        may_be: &impl Fn(usize, &Landmark<T>) -> bool,
+        finder: Option<&RangeFinder<T>>,
+        outcomes: &mut [Outcome<T>],
+        report: &mut MapReport,
+    ) {
+        let mut candidates = heapless::Vec::<Candidate<T>, MAX_CANDIDATES>::new();
+        for (index, (feature, outcome)) in features.iter().zip(outcomes.iter_mut()).enumerate() {
+            if index >= MAX_FEATURES || feature.measurement.check().is_err() {
+                continue;
+            }
+            // From here on it is sound; without a landmark it may start one.
+            outcome.decision = Decision::Birth;
+            self.candidates(index, feature, may_be, finder, outcome, &mut candidates, report);
+        }
+        let chosen = self.choose(features, &mut candidates, finder, report);
+        let mut pending = Pending::default();
+        for pair in &chosen {
+            let (Some(feature), Some(outcome)) =
+                (features.get(pair.observation), outcomes.get_mut(pair.observation))
+            else {
+                continue;
+            };
+            let Some(linear) = self.linearise(pair.landmark, &feature.measurement, finder) else { continue };
+            *outcome = self.filter.absorb_landmark(pair.landmark, &linear, &mut pending);
+            if outcome.decision != Decision::Update {
+                continue;
+            }
+            let frame = self.frame;
+            let Some(record) = self.filter.landmarks_mut().get_mut(pair.landmark) else { continue };
+            if record.status == Status::Tentative {
+                outcome.decision = Decision::Tentative;
+            }
+            record.last_frame = frame;
+            record.last_pixel = feature.pixel;
+            record.descriptor = feature.descriptor.or(record.descriptor);
+        }
+        self.filter.finish(pending);
+    }
+
+    fn linearise(
+        &self,
+        slot: usize,
+        measurement: &Measurement<T>,
+        finder: Option<&RangeFinder<T>>,
+    ) -> Option<Linearised<T>> {
+        let landmark = self.filter.landmarks().get(slot)?;
+        self.filter.linearise(landmark, self.filter.heading(), measurement, finder)
+    }
+
+    /// Lists the landmarks a measurement may be of; one that lies in no landmark's gate but within the birth
+    /// threshold of some leaves as [`Decision::Gated`].
+    #[allow(clippy::too_many_arguments, reason = "one caller, and each is a part of the frame")]
+    fn candidates(
+        &self,
+        index: usize,
+        feature: &Feature<T>,
+        may_be: &impl Fn(usize, &Landmark<T>) -> bool,
+        finder: Option<&RangeFinder<T>>,
+        outcome: &mut Outcome<T>,
+        candidates: &mut heapless::Vec<Candidate<T>, MAX_CANDIDATES>,
+        report: &mut MapReport,
+    ) {
+        if feature.hint == Hint::New {
+            return;
+        }
+        let dof = feature.measurement.dof();
+        let [one, two] = self.config.match_nis;
+        let match_nis = if dof == 1 { one } else { two };
+        let heading = self.filter.heading();
+        let nearby = self.filter.nearby(&feature.measurement);
+        let mut nearest: Option<T> = None;
+        for (slot, landmark) in self.filter.landmarks().iter().enumerate() {
+            let named = feature.hint == Hint::Landmark(landmark.id);
+            let excluded = matches!(feature.hint, Hint::Landmark(_)) && !named;
+            if excluded || !may_be(index, landmark) {
+                continue;
+            }
+            let now = self.filter.relative_at(landmark, heading);
+            let at = landmark.offset;
+            let variance = self.filter.covariance_at(at, at) + self.filter.covariance_at(at + 1, at + 1);
+            let far = |near: &Nearby<T>| {
+                let point = now.point().filter(|_| landmark.form == Form::Point);
+                point.is_some_and(|point| near.excludes(&point, variance, self.config.birth_nis))
+            };
+            if !named && nearby.as_ref().is_some_and(far) {
+                continue;
+            }
+            let Some(linear) = self.filter.linearise(landmark, heading, &feature.measurement, finder) else {
+                continue;
+            };
+            let rows = linear.rows(landmark.offset, landmark.form, self.filter.config().mount_std.is_some());
+            let at = |row, column| self.filter.covariance_at(row, column);
+            let total = packed::cross(at, &rows, &rows) + linear.noise;
+            let (Some(nis), Some([l11, _, l22])) =
+                (normalised_square(&linear.innovation, &total), cholesky(&total))
+            else {
+                continue;
+            };
+            if nearest.is_none_or(|least| nis < least) {
+                nearest = Some(nis);
+                *outcome = Outcome {
+                    decision: if nis <= self.config.birth_nis { Decision::Gated } else { Decision::Birth },
+                    landmark: Some(landmark.id),
+                    innovation: linear.innovation,
+                    covariance: total,
+                    nis: Some(nis),
+                    dof,
+                    ..Outcome::default()
+                };
+            }
+            if nis <= match_nis || named {
+                // A named pair is taken before all others.
+                let preference = if named { T::lit(-1e6) } else { T::zero() };
+                let likelihood = nis + T::lit(2.0) * (l11 * l22).ln();
+                let cost = likelihood + offset(&linear, landmark.form, self.config.density) + preference;
+                let pair = Candidate { observation: index, landmark: slot, cost, dof };
+                report.candidates_dropped += u32::from(candidates.push(pair).is_err());
+            }
+        }
+    }
+
+    fn choose(
+        &self,
+        features: &[Feature<T>],
+        candidates: &mut heapless::Vec<Candidate<T>, MAX_CANDIDATES>,
+        finder: Option<&RangeFinder<T>>,
+        report: &mut MapReport,
+    ) -> heapless::Vec<Candidate<T>, MAX_CANDIDATES> {
+        let mut measured = heapless::Vec::<usize, MAX_CANDIDATES>::new();
+        for pair in candidates.iter() {
+            if !measured.contains(&pair.observation) {
+                let _ = measured.push(pair.observation);
+            }
+        }
+        let small = measured.len() <= MAX_PAIRS && candidates.len() <= MAX_JOINT_CANDIDATES;
+        let named = features.iter().any(|feature| matches!(feature.hint, Hint::Landmark(_)));
+        if self.config.pairing == Pairing::Nearest || candidates.len() < 2 || !small || named {
+            report.search_truncated |= self.config.pairing == Pairing::Joint && !small;
+            candidates.retain(|pair| pair.cost < T::zero()); // likelier than a new landmark
+            exclusive_nearest(candidates);
+            return candidates.clone();
+        }
+        sort_for_search(candidates);
+        let with_mount = self.filter.config().mount_std.is_some();
+        let mut pairs = heapless::Vec::<Pair<T>, MAX_JOINT_CANDIDATES>::new();
+        for candidate in candidates.iter() {
+            let Some(feature) = features.get(candidate.observation) else { continue };
+            let Some(linear) = self.linearise(candidate.landmark, &feature.measurement, finder) else {
+                continue;
+            };
+            let Some(landmark) = self.filter.landmarks().get(candidate.landmark) else { continue };
+            let rows = linear.rows(landmark.offset, landmark.form, with_mount);
+            let _ = pairs.push(Pair { linear, form: landmark.form, rows });
+        }
+        if pairs.len() != candidates.len() {
+            exclusive_nearest(candidates);
+            return candidates.clone();
+        }
+        let covariance_at = |row, column| self.filter.covariance_at(row, column);
+        let correlated = Pairs { pairs: &pairs, covariance_at, density: self.config.density };
+        let result =
+            joint_compatibility(candidates, &correlated, self.config.joint_nodes, self.config.ambiguity);
+        report.ambiguous += result.ambiguous as u32;
+        report.search_truncated |= result.truncated;
+        result.chosen.iter().filter_map(|index| candidates.get(*index).copied()).collect()
+    }
+}
