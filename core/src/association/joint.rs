@@ -130,7 +130,7 @@ pub fn joint_compatibility<T: Real>(
     let mut search = Search {
         candidates,
         correlated,
-        root: [[T::zero(); 2]; ROWS * MAX_PAIRS],
+        root: [[T::zero(); 2]; 2 * BLOCKS],
         whitened: [Vector2::zeros(); MAX_PAIRS],
         floor: heapless::Vec::new(),
         path: heapless::Vec::new(),
@@ -158,14 +158,19 @@ pub fn joint_compatibility<T: Real>(
     JointResult { truncated, ambiguous: search.best.len() - chosen.len(), chosen }
 }
 
-/// Rows of the factor, a block of 2 × 2 each: two scalar rows a pair.
-const ROWS: usize = 2 * MAX_PAIRS;
+/// Blocks of 2 × 2 in the lower triangle of the factor.
+const BLOCKS: usize = MAX_PAIRS * (MAX_PAIRS + 1) / 2;
+
+/// Where a block of the packed lower triangle begins, in scalar rows.
+fn block_at(row: usize, column: usize) -> usize {
+    row * (row + 1) + 2 * column
+}
 
 struct Search<'a, T, C> {
     candidates: &'a [Candidate<T>],
     correlated: &'a C,
-    /// L of S by blocks: row `pair`, block `other` at [2·(pair·MAX_PAIRS + other)], two scalar rows.
-    root: [[T; 2]; ROWS * MAX_PAIRS],
+    /// L of S by blocks of two scalar rows each, the lower triangle row by row: see [`block_at`].
+    root: [[T; 2]; 2 * BLOCKS],
     whitened: [Vector2<T>; MAX_PAIRS],
     /// What the measurements from a candidate's on can cost at least, by candidate.
     floor: heapless::Vec<T, MAX_JOINT_CANDIDATES>,
@@ -289,7 +294,7 @@ impl<T: Real, C: Correlated<T>> Search<'_, T, C> {
     }
 
     fn block(&self, row: usize, column: usize) -> Matrix2<T> {
-        let at = 2 * (row * MAX_PAIRS + column);
+        let at = block_at(row, column);
         let ([a, b], [c, d]) = (self.root[at], self.root[at + 1]);
         Matrix2::new(a, b, c, d)
     }
@@ -311,7 +316,7 @@ impl<T: Real, C: Correlated<T>> Search<'_, T, C> {
                 let first = x / l11;
                 [first, (y - first * l21) / l22]
             };
-            let at = 2 * (row * MAX_PAIRS + column);
+            let at = block_at(row, column);
             self.root[at] = solve(block.m11, block.m12);
             self.root[at + 1] = solve(block.m21, block.m22);
             let block = self.block(row, column);
@@ -320,7 +325,7 @@ impl<T: Real, C: Correlated<T>> Search<'_, T, C> {
         }
         let root = cholesky(&own)?;
         let whitened = forward(&root, &innovation);
-        let at = 2 * (row * MAX_PAIRS + row);
+        let at = block_at(row, row);
         self.root[at] = [root[0], T::zero()];
         self.root[at + 1] = [root[1], root[2]];
         self.whitened[row] = whitened;

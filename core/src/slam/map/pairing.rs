@@ -14,17 +14,17 @@ use crate::slam::packed;
 use crate::slam::update::{Decision, Outcome, Pending};
 use nalgebra::{Matrix2, Vector2};
 
-/// A pair in its gate, linearised.
+/// What the joint search must know of a pair; a frame has up to [`MAX_JOINT_CANDIDATES`] of them on the stack.
 struct Pair<T> {
-    linear: Linearised<T>,
-    form: Form,
+    innovation: Vector2<T>,
+    noise: Matrix2<T>,
+    offset: T,
     rows: Rows<T>,
 }
 
 struct Pairs<'a, T, F> {
     pairs: &'a [Pair<T>],
     covariance_at: F,
-    density: T,
 }
 
 /// n ln 2π + 2 ln(λ |∂l/∂z|): what the cost of a pair has beside νᵀS⁻¹ν + ln|S|.
@@ -40,7 +40,7 @@ fn offset<T: Real>(linear: &Linearised<T>, form: Form, density: T) -> T {
 
 impl<T: Real, F: Fn(usize, usize) -> T> Correlated<T> for Pairs<'_, T, F> {
     fn innovation(&self, candidate: usize) -> Vector2<T> {
-        self.pairs.get(candidate).map_or_else(Vector2::zeros, |pair| pair.linear.innovation)
+        self.pairs.get(candidate).map_or_else(Vector2::zeros, |pair| pair.innovation)
     }
 
     fn covariance(&self, left: usize, right: usize) -> Matrix2<T> {
@@ -48,15 +48,15 @@ impl<T: Real, F: Fn(usize, usize) -> T> Correlated<T> for Pairs<'_, T, F> {
             return Matrix2::zeros();
         };
         let from_state = packed::cross(&self.covariance_at, &a.rows, &b.rows);
-        if left == right { from_state + a.linear.noise } else { from_state }
+        if left == right { from_state + a.noise } else { from_state }
     }
 
     fn noise(&self, candidate: usize) -> Matrix2<T> {
-        self.pairs.get(candidate).map_or_else(Matrix2::zeros, |pair| pair.linear.noise)
+        self.pairs.get(candidate).map_or_else(Matrix2::zeros, |pair| pair.noise)
     }
 
     fn offset(&self, candidate: usize) -> T {
-        self.pairs.get(candidate).map_or(T::zero(), |pair| offset(&pair.linear, pair.form, self.density))
+        self.pairs.get(candidate).map_or(T::zero(), |pair| pair.offset)
     }
 }
 
@@ -78,9 +78,9 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             outcome.decision = Decision::Birth;
             self.candidates(index, feature, may_be, finder, outcome, &mut candidates, report);
         }
-        let chosen = self.choose(features, &mut candidates, finder, report);
+        self.choose(features, &mut candidates, finder, report);
         let mut pending = Pending::default();
-        for pair in &chosen {
+        for pair in &candidates {
             let (Some(feature), Some(outcome)) =
                 (features.get(pair.observation), outcomes.get_mut(pair.observation))
             else {
@@ -185,49 +185,56 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         }
     }
 
+    /// Keeps the candidates that are to be updated with.
     fn choose(
         &self,
         features: &[Feature<T>],
         candidates: &mut heapless::Vec<Candidate<T>, MAX_CANDIDATES>,
         finder: Option<&RangeFinder<T>>,
         report: &mut MapReport,
-    ) -> heapless::Vec<Candidate<T>, MAX_CANDIDATES> {
-        let mut measured = heapless::Vec::<usize, MAX_CANDIDATES>::new();
-        for pair in candidates.iter() {
-            if !measured.contains(&pair.observation) {
-                let _ = measured.push(pair.observation);
-            }
-        }
-        let small = measured.len() <= MAX_PAIRS && candidates.len() <= MAX_JOINT_CANDIDATES;
+    ) {
+        // They come measurement by measurement.
+        let measured = candidates.chunk_by(|pair, next| pair.observation == next.observation).count();
+        let small = measured <= MAX_PAIRS && candidates.len() <= MAX_JOINT_CANDIDATES;
         let named = features.iter().any(|feature| matches!(feature.hint, Hint::Landmark(_)));
         if self.config.pairing == Pairing::Nearest || candidates.len() < 2 || !small || named {
             report.search_truncated |= self.config.pairing == Pairing::Joint && !small;
             candidates.retain(|pair| pair.cost < T::zero()); // likelier than a new landmark
-            exclusive_nearest(candidates);
-            return candidates.clone();
+            return exclusive_nearest(candidates);
         }
         sort_for_search(candidates);
-        let with_mount = self.filter.config().mount_std.is_some();
-        let mut pairs = heapless::Vec::<Pair<T>, MAX_JOINT_CANDIDATES>::new();
-        for candidate in candidates.iter() {
-            let Some(feature) = features.get(candidate.observation) else { continue };
-            let Some(linear) = self.linearise(candidate.landmark, &feature.measurement, finder) else {
-                continue;
-            };
-            let Some(landmark) = self.filter.landmarks().get(candidate.landmark) else { continue };
-            let rows = linear.rows(landmark.offset, landmark.form, with_mount);
-            let _ = pairs.push(Pair { linear, form: landmark.form, rows });
-        }
-        if pairs.len() != candidates.len() {
-            exclusive_nearest(candidates);
-            return candidates.clone();
-        }
+        let Some(pairs) = self.pairs(features, candidates, finder) else {
+            return exclusive_nearest(candidates);
+        };
         let covariance_at = |row, column| self.filter.covariance_at(row, column);
-        let correlated = Pairs { pairs: &pairs, covariance_at, density: self.config.density };
+        let correlated = Pairs { pairs: &pairs, covariance_at };
         let result =
             joint_compatibility(candidates, &correlated, self.config.joint_nodes, self.config.ambiguity);
         report.ambiguous += result.ambiguous as u32;
         report.search_truncated |= result.truncated;
-        result.chosen.iter().filter_map(|index| candidates.get(*index).copied()).collect()
+        let mut index = 0..;
+        candidates.retain(|_| index.next().is_some_and(|index| result.chosen.contains(&index)));
+    }
+
+    /// The candidates as the joint search sees them; `None` where one cannot be linearised.
+    fn pairs(
+        &self,
+        features: &[Feature<T>],
+        candidates: &[Candidate<T>],
+        finder: Option<&RangeFinder<T>>,
+    ) -> Option<heapless::Vec<Pair<T>, MAX_JOINT_CANDIDATES>> {
+        let with_mount = self.filter.config().mount_std.is_some();
+        let pair = |candidate: &Candidate<T>| {
+            let measurement = &features.get(candidate.observation)?.measurement;
+            let Landmark { offset: at, form, .. } = *self.filter.landmarks().get(candidate.landmark)?;
+            let linear = self.linearise(candidate.landmark, measurement, finder)?;
+            Some(Pair {
+                innovation: linear.innovation,
+                noise: linear.noise,
+                offset: offset(&linear, form, self.config.density),
+                rows: linear.rows(at, form, with_mount),
+            })
+        };
+        candidates.iter().map(pair).collect()
     }
 }
