@@ -80,9 +80,8 @@ impl Board {
         self.target(features).join(TRIPLE).join("release/monorange-mps2")
     }
 
-    /// Builds the board's program and returns its path.
-    fn build(self, features: &str) -> Result<PathBuf> {
-        setup::rust_target(TRIPLE)?;
+    /// Builds the board's program.
+    fn compiler(self, features: &str) -> Command {
         let folder = shell::root().join("mcu/boards/mps2");
         let target = self.target(features);
         let mut cargo = shell::cargo("build --release --locked --target");
@@ -92,8 +91,7 @@ impl Board {
         }
         let flags = format!("-Clink-arg=-Tlink.x -Clink-arg=--nmagic -Ctarget-cpu={}", self.processor());
         cargo.env("RUSTFLAGS", flags).env("MONORANGE_BOARD", self.machine());
-        shell::run(&mut cargo)?;
-        Ok(self.image(features))
+        cargo
     }
 }
 
@@ -107,7 +105,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
 
 fn serve(board: Board, unix: &Path, tcp: Option<u16>) -> Result<()> {
     setup::qemu()?;
-    let image = board.build("")?;
+    build([board.compiler("")])?;
     let mut qemu = Command::new("qemu-system-arm");
     let line = match tcp {
         Some(port) => {
@@ -118,7 +116,8 @@ fn serve(board: Board, unix: &Path, tcp: Option<u16>) -> Result<()> {
     let place = tcp.map_or(format!("--unix {}", unix.display()), |port| format!("--tcp 127.0.0.1:{port}"));
     eprintln!("{} answers `monorange feed {place} …`", board.machine());
     qemu.args(["-machine", board.machine(), "-icount", "shift=5", "-display", "none", "-monitor", "none"]);
-    qemu.args(["-chardev", &line, "-serial", "chardev:line", "-echr", "0x100", "-kernel"]).arg(image);
+    qemu.args(["-chardev", &line, "-serial", "chardev:line", "-echr", "0x100", "-kernel"])
+        .arg(board.image(""));
     shell::run(qemu.current_dir(shell::root()))
 }
 
@@ -139,8 +138,8 @@ const FUZZ_CASES: &str = "250000";
 /// the program for silicon as well.
 pub(crate) fn test(frames: usize) -> Result<()> {
     setup::qemu()?;
-    size()?;
-    let crashing = Board::An500.build("crash")?;
+    build(programs().into_iter().chain([Board::An500.compiler("crash")]))?;
+    weigh()?;
     // Of the whole workspace, as `cargo test` builds it: the features of a package by itself would have all compiled again.
     let mut cargo = shell::cargo("test");
     for test in ["in_qemu", "crashes_in_qemu", "feed", "hostile_line"] {
@@ -148,7 +147,9 @@ pub(crate) fn test(frames: usize) -> Result<()> {
     }
     cargo.args(["--", "--nocapture"]);
     cargo.env("MONORANGE_QEMU", "required").env("MONORANGE_FRAMES", frames.to_string());
-    cargo.env("MONORANGE_FUZZ_CASES", FUZZ_CASES).env("MONORANGE_MPS2_AN500_CRASH", crashing);
+    cargo
+        .env("MONORANGE_FUZZ_CASES", FUZZ_CASES)
+        .env("MONORANGE_MPS2_AN500_CRASH", Board::An500.image("crash"));
     for board in BOARDS {
         let variable = format!("MONORANGE_{}", board.machine().to_uppercase().replace('-', "_"));
         cargo.env(variable, board.image(""));
@@ -156,13 +157,31 @@ pub(crate) fn test(frames: usize) -> Result<()> {
     shell::run(&mut cargo)
 }
 
-/// Prints what the programs take, and checks that no pixel costs a call of double precision.
 fn size() -> Result<()> {
+    build(programs())?;
+    weigh()
+}
+
+/// Runs compilers side by side: each ends in one long piece of work for one core.
+fn build(compilers: impl IntoIterator<Item = Command>) -> Result<()> {
+    setup::rust_target(TRIPLE)?;
+    shell::run_together(&mut compilers.into_iter().collect::<Vec<_>>())
+}
+
+/// The compilers of every board's program.
+fn programs() -> [Command; 3] {
+    let [first, second] = BOARDS.map(|board| board.compiler(""));
+    let mut silicon = shell::cargo("build --release --locked --target-dir");
+    silicon.arg(nucleo()).current_dir(shell::root().join("mcu/boards/nucleo-h743zi"));
+    [first, second, silicon]
+}
+
+/// Prints what the programs take, and checks that no pixel costs a call of double precision.
+fn weigh() -> Result<()> {
     for board in BOARDS {
-        let image = board.build("")?;
-        report(&image, board.machine())?;
+        report(&board.image(""), board.machine())?;
     }
-    report(&nucleo()?, "nucleo-h743zi")
+    report(&nucleo().join(TRIPLE).join("release/monorange-nucleo-h743zi"), "nucleo-h743zi")
 }
 
 fn report(image: &Path, board: &str) -> Result<()> {
@@ -184,12 +203,7 @@ fn report(image: &Path, board: &str) -> Result<()> {
     Ok(())
 }
 
-/// Builds the program for silicon, as the linker scripts allow it, and returns its path.
-fn nucleo() -> Result<PathBuf> {
-    setup::rust_target(TRIPLE)?;
-    let target = shell::root().join("target/firmware/nucleo-h743zi");
-    let mut cargo = shell::cargo("build --release --locked --target-dir");
-    cargo.arg(&target).current_dir(shell::root().join("mcu/boards/nucleo-h743zi"));
-    shell::run(&mut cargo)?;
-    Ok(target.join(TRIPLE).join("release/monorange-nucleo-h743zi"))
+/// Target folder of the program for silicon.
+fn nucleo() -> PathBuf {
+    shell::root().join("target/firmware/nucleo-h743zi")
 }
