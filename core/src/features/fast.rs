@@ -70,7 +70,7 @@ pub(super) fn score_row(rows: [&[u8]; ROWS], threshold: u8, scores: &mut [u8]) {
     while last < inside.len() {
         // A run of blocks that each hold a promising pixel is scored in one go.
         let end = (last + BLOCK).min(inside.len());
-        if inside[last..end].iter().fold(0, |any, bound| any | bound) > 0 {
+        if word(&inside[last..end]) > 0 {
             last = end;
             continue;
         }
@@ -93,38 +93,62 @@ fn bound(rows: &[&[u8]; ROWS], threshold: u8, bounds: &mut [u8]) {
     }
 }
 
+/// Neighbouring pixels, which a processor with vectors takes as one.
+type Lanes = [u8; BLOCK];
+
 /// Writes the scores of the pixels from `first` on, as many as `scores` has room for.
 #[inline(never)]
 fn score_run(rows: &[&[u8]; ROWS], first: usize, threshold: u8, scores: &mut [u8]) {
-    let width = scores.len();
-    let circle: [&[u8]; 16] = CIRCLE.map(|(column, row)| &rows[row][first + column..][..width]);
-    let centre = &rows[RADIUS][first + RADIUS..][..width];
-    for n in 0..width {
-        let score = arc_score(core::array::from_fn(|point| circle[point][n]), centre[n]);
-        scores[n] = if score > threshold { score } else { 0 };
+    for (block, scores) in scores.chunks_mut(BLOCK).enumerate() {
+        let start = first + block * BLOCK;
+        let circle = CIRCLE.map(|(column, row)| lanes(&rows[row][start + column..]));
+        let found = arc_scores(&circle, lanes(&rows[RADIUS][start + RADIUS..]));
+        let found = found.map(|score| if score > threshold { score } else { 0 });
+        scores.copy_from_slice(found.get(..scores.len()).unwrap_or_default());
     }
 }
 
-/// The score of one pixel, without branches.
+/// The first pixels of a row; zeros beyond its end.
 #[inline(always)]
-fn arc_score(circle: [u8; 16], centre: u8) -> u8 {
-    let brightest = best_arc(circle, u8::min, u8::max);
-    let darkest = best_arc(circle, u8::max, u8::min);
-    brightest.saturating_sub(centre).max(centre.saturating_sub(darkest))
+fn lanes(row: &[u8]) -> Lanes {
+    row.first_chunk().copied().unwrap_or_else(|| {
+        let mut lanes = [0; BLOCK];
+        lanes.iter_mut().zip(row).for_each(|(lane, pixel)| *lane = *pixel);
+        lanes
+    })
 }
 
-/// The best over all arcs of the worst of their nine points.
 #[inline(always)]
-fn best_arc(circle: [u8; 16], worse: impl Fn(u8, u8) -> u8, better: impl Fn(u8, u8) -> u8) -> u8 {
-    let two: [u8; 8] = core::array::from_fn(|n| worse(circle[2 * n + 1], circle[(2 * n + 2) % 16]));
-    let four: [u8; 8] = core::array::from_fn(|n| worse(two[n], two[(n + 1) % 8]));
-    let mut best = worse(u8::MIN, u8::MAX);
-    for n in 0..8 {
+fn each(left: Lanes, right: Lanes, of: impl Fn(u8, u8) -> u8) -> Lanes {
+    core::array::from_fn(|lane| of(left[lane], right[lane]))
+}
+
+/// The scores of pixels, without branches.
+#[inline(always)]
+fn arc_scores(circle: &[Lanes; 16], centre: Lanes) -> Lanes {
+    let brightest = best_arc(circle, [u8::MIN; BLOCK], u8::min, u8::max);
+    let darkest = best_arc(circle, [u8::MAX; BLOCK], u8::max, u8::min);
+    let brighter = each(brightest, centre, |a, b| a.max(b) - b);
+    let darker = each(centre, darkest, |a, b| a.max(b) - b);
+    each(brighter, darker, u8::max)
+}
+
+/// The best over all arcs of the worst of their nine points, from the `worst` there can be.
+#[inline(always)]
+fn best_arc(
+    circle: &[Lanes; 16],
+    worst: Lanes,
+    worse: impl Fn(u8, u8) -> u8,
+    better: impl Fn(u8, u8) -> u8,
+) -> Lanes {
+    let two: [Lanes; 8] = core::array::from_fn(|n| each(circle[2 * n + 1], circle[(2 * n + 2) % 16], &worse));
+    let four: [Lanes; 8] = core::array::from_fn(|n| each(two[n], two[(n + 1) % 8], &worse));
+    (0..8).fold(worst, |best, n| {
         // The arcs that start at 2n and at 2n + 1 share eight points and have one more at either end.
-        let eight = worse(four[n], four[(n + 2) % 8]);
-        best = better(best, worse(eight, better(circle[2 * n], circle[(2 * n + 9) % 16])));
-    }
-    best
+        let eight = each(four[n], four[(n + 2) % 8], &worse);
+        let ninth = each(circle[2 * n], circle[(2 * n + 9) % 16], &better);
+        each(best, each(eight, ninth, &worse), &better)
+    })
 }
 
 /// Calls `found` with the column and score of every pixel of the middle row that no neighbour outdoes.
@@ -134,12 +158,13 @@ pub(super) fn suppress_row([above, here, below]: [&[u8]; 3], mut found: impl FnM
         return;
     }
     for (block, scores) in here.chunks(BLOCK).enumerate() {
-        if scores.iter().fold(0, |any, score| any | score) == 0 {
-            continue;
-        }
-        for (column, &score) in scores.iter().enumerate().filter(|(_, score)| **score > 0) {
+        let mut left = word(scores);
+        while left > 0 {
+            let column = left.trailing_zeros() / 8;
+            left &= !(0xff << (8 * column));
             // Scores at the rim are 0, so a corner has neighbours on all sides.
-            let x = block * BLOCK + column;
+            let x = block * BLOCK + column as usize;
+            let score = here[x];
             let later = below[x - 1].max(below[x]).max(below[x + 1]).max(here[x + 1]);
             let earlier = above[x - 1].max(above[x]).max(above[x + 1]).max(here[x - 1]);
             if score >= later && score > earlier {
@@ -147,6 +172,12 @@ pub(super) fn suppress_row([above, here, below]: [&[u8]; 3], mut found: impl FnM
             }
         }
     }
+}
+
+/// A block's bytes, the first as the lowest.
+#[inline(always)]
+fn word(block: &[u8]) -> u128 {
+    u128::from_le_bytes(lanes(block))
 }
 
 /// What [`detect_fast`] found.
