@@ -4,7 +4,7 @@ use monorange_core::Result;
 use monorange_core::association::PredictedBy;
 use monorange_core::image::Grey;
 use monorange_core::pipeline::{
-    Carrier, Config, Memory, Odometry, OnHeap, Pipeline, PixelAssociation, VisualConfig, VisualMotion,
+    Carrier, Memory, Odometry, OnHeap, Pipeline, PixelAssociation, VisualConfig, VisualMotion,
 };
 use monorange_core::slam::{Decision, Status};
 use monorange_sim::{Simulation, TrueCorner};
@@ -24,7 +24,7 @@ pub struct Association {
     pub missed: usize,
     /// Confirmed landmarks at the end.
     pub landmarks: usize,
-    /// True corners that were seen often enough to be confirmed: k times in m pictures.
+    /// True corners that were seen often enough to be confirmed.
     pub seen: usize,
     /// Pictures whose corners a homography carried, and pictures.
     pub carried: usize,
@@ -77,8 +77,7 @@ const SAME_PX: f64 = 3.0;
 /// # Errors
 /// What the pipeline or the simulator refuses.
 pub fn associate(simulation: &Simulation, carriers: &[Carrier]) -> Result<Vec<Association>> {
-    // As `monorange reproduce figure7` has it: far corners are those that are taken for others.
-    let config = Config { min_depression: 3_f32.to_radians(), ..config_for(simulation)? };
+    let config = config_for(simulation)?;
     let camera = *config.finder.camera();
     let (width, height) = (camera.width(), camera.height());
     let mut visual = VisualMotion::new(VisualConfig { free: true, ..VisualConfig::default() })?;
@@ -193,7 +192,7 @@ impl Run {
             votes.iter().map(|(id, votes)| (*id, most(votes))).collect();
         let owner = |id: u32| owners.get(&id).copied().flatten();
         let mut score = self.score;
-        let mut seen = BTreeMap::<usize, Vec<usize>>::new();
+        let mut seen = BTreeMap::<usize, usize>::new();
         for Sighting { frame, near, again, landmark, born } in &self.sightings {
             if let Some(id) = landmark.filter(|_| !born) {
                 score.updates += 1;
@@ -201,7 +200,7 @@ impl Run {
                 score.wrong += usize::from(!right);
             }
             let Some(corner) = near.first().filter(|_| !again) else { continue };
-            seen.entry(*corner).or_default().push(*frame);
+            *seen.entry(*corner).or_default() += 1;
             let there = |(id, [born, last]): (&u32, &[usize; 2])| {
                 owner(*id).is_some_and(|corner| near.contains(&corner)) && born < frame && frame <= last
             };
@@ -212,12 +211,8 @@ impl Run {
         }
         let landmarks = self.pipeline.filter().landmarks().iter();
         score.landmarks = landmarks.filter(|landmark| landmark.status == Status::Confirmed).count();
-        let [needed, within] =
-            [self.pipeline.config().map.confirm, self.pipeline.config().map.within].map(|n| n as usize);
-        let often = |frames: &&Vec<usize>| {
-            frames.windows(needed).any(|some| matches!(some, [first, .., last] if last - first < within))
-        };
-        score.seen = seen.values().filter(often).count();
+        let needed = self.pipeline.config().map.confirm as usize;
+        score.seen = seen.values().filter(|count| **count >= needed).count();
         score
     }
 }
