@@ -94,7 +94,7 @@ pub const SETTINGS: &[Setting] = &[
     setting!(filter.turn_floor = motion.turn_floor: Number, "rad/s", "Standard deviation of the odometry's turn rate at rest."),
 
     setting!(association.corner_std_floor_px = corner_std_floor_px: Number, "px", "Least standard deviation of a corner: what calibration and undistortion leave."),
-    setting!(association.min_depression = min_depression: Number, "rad", "Least angle below the horizon at which a corner is measured. 0.052 (3°) is better where carrier is floor."),
+    setting!(association.min_depression = min_depression: Number, "rad", "Least angle below the horizon at which a corner is measured."),
     setting!(association.carrier = carrier: "floor" => Carrier::Floor | "free" => Carrier::Free | "map" => Carrier::Map, "What carries corners to the next picture: the floor's homography, the free one of eight parameters as in the paper, or none: the map alone."),
     setting!(association.pairing = map.pairing: "joint" => Pairing::Joint | "nearest" => Pairing::Nearest, "How corners and landmarks are paired: jointly compatible, or each with its nearest."),
     setting!(association.match_nis = map.match_nis: Pair, "", "Largest normalised innovation squared of a pair, for 1 and 2 degrees of freedom."),

@@ -175,7 +175,7 @@ pub fn section() -> Result<Section> {
                  for 3σ and holds less from some ten metres on; inverse range, nearly linear in the row, holds it to the horizon; the \
                  pixel is Gaussian by construction."
             ),
-            "The pipeline gives the filter the pixel (<code>filter.model = \"pixel\"</code>) and leaves out what lies within 2° of the \
+            "The pipeline gives the filter the pixel (<code>filter.model = \"pixel\"</code>) and leaves out what lies within 3° of the \
              horizon; range and bearing stay selectable."
                 .to_owned(),
         ],

@@ -39,8 +39,8 @@ pub const METHODS: [Method; 3] = [
 ];
 
 fn paper(defaults: Config) -> Config {
-    let Config { motion, min_depression, finder, .. } = defaults;
-    Config { motion, min_depression, ..Config::as_in_the_paper(finder) }
+    let Config { motion, finder, .. } = defaults;
+    Config { motion, ..Config::as_in_the_paper(finder) }
 }
 
 /// A method on its way through a drive.
@@ -195,8 +195,7 @@ pub fn drive(seed: u64, frames: usize) -> Result<Drive> {
     let simulation = simulation(seed, frames)?;
     let camera = simulation.rig().camera();
     let (width, height) = (camera.width(), camera.height());
-    // Nearer to the horizon a skirting board is narrower than the smoothing, which pushes the floor's edge half a pixel off.
-    let base = Config { min_depression: 3_f32.to_radians(), ..defaults(&simulation)? };
+    let base = defaults(&simulation)?;
     let runners = METHODS.iter().map(|method| Runner::new(method, base, frames));
     let mut runners = runners.collect::<Result<Vec<_>>>()?;
     let mut detector = Detector::new(VisualConfig::default().features).map_err(Error::new)?;

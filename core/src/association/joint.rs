@@ -20,7 +20,7 @@
 //!
 //! and of the sets that fit, the likeliest wins (not the largest, as in the original: a landmark that was never mapped
 //! would be forced upon one that was). Then every other set that is nearly as likely is looked at: a pair that one of
-//! them does without is *ambiguous* and left out. So are pairs that are no likelier than a new landmark each by itself,
+//! them does without is *ambiguous* and left out. So are pairs that are hardly likelier than a new landmark each by itself,
 //! as all are when a loop closes, until enough of them agree. A wrong pair costs the map, a missed one only its
 //! information.
 //!
@@ -119,8 +119,8 @@ pub struct JointResult {
 ///
 /// `candidates` must be grouped by measurement, the surest measurements first; those beyond
 /// [`MAX_JOINT_CANDIDATES`] are not looked at. A pair is ambiguous when a set without
-/// it, which pairs some measurement otherwise, costs less than `ambiguity` more; and so are the pairs that cost more
-/// than a new landmark each by itself, unless together they make the set cheaper by `ambiguity`.
+/// it, which pairs some measurement otherwise, costs less than `ambiguity` more; and so are the pairs that are not that
+/// much cheaper than a new landmark each by itself, unless together they make the set cheaper by `ambiguity`.
 pub fn joint_compatibility<T: Real>(
     candidates: &[Candidate<T>],
     correlated: &impl Correlated<T>,
@@ -264,11 +264,11 @@ impl<T: Real, C: Correlated<T>> Search<'_, T, C> {
         }
     }
 
-    /// Pairs that are no likelier than a new landmark when looked at alone need the others' word: all of them together
-    /// must make the set likelier by the margin, or they go.
+    /// Pairs that are not likelier than a new landmark by the margin when looked at alone need the others' word: all of them
+    /// together must make the set likelier by the margin, or they go.
     fn keep_the_sure_unless_the_rest_agrees(&mut self, margin: T) {
         let (best, candidates) = (self.best.clone(), self.candidates);
-        let sure = |index: &usize| candidates.get(*index).is_some_and(|pair| pair.cost < T::zero());
+        let sure = |index: &usize| candidates.get(*index).is_some_and(|pair| pair.cost < -margin);
         if best.iter().all(sure) {
             return;
         }

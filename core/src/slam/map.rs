@@ -9,8 +9,8 @@
 //!    Between the two thresholds it does neither, and is reported as gated: a duplicate costs more than a miss.
 //! 5. *Upkeep*: a tentative landmark is confirmed at k sightings, and deleted when it was expected in m frames and
 //!    seen in fewer than k. A landmark that is expected in view and stays unseen while its neighbour within
-//!    `merge_distance` takes all its sightings is its duplicate: the two are made one, and the joint covariance
-//!    learns that they are.
+//!    `merge_distance` takes all its sightings is its duplicate if the two are surely one: they are made one, and the joint
+//!    covariance learns that they are.
 mod config;
 mod pairing;
 mod upkeep;

@@ -49,8 +49,9 @@ pub struct MapConfig<T> {
     pub view: View<T>,
     /// Nodes of the joint search.
     pub joint_nodes: usize,
-    /// A pair is left out when another explanation of the frame is less than this much dearer: 2 ln of the ratio of
-    /// likelihoods. At 6 it is twenty times less likely.
+    /// A pair is left out when another explanation of the frame is less than this much dearer, a new landmark among them, and
+    /// two landmarks that may as well be two are not merged: 2 ln of the ratio of likelihoods. At 6 it is twenty times less
+    /// likely.
     pub ambiguity: T,
     /// Landmarks a square metre that are not in the map yet, where the robot goes: what a pair is weighed against.
     pub density: T,

@@ -199,7 +199,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         let named = features.iter().any(|feature| matches!(feature.hint, Hint::Landmark(_)));
         if self.config.pairing == Pairing::Nearest || candidates.len() < 2 || !small || named {
             report.search_truncated |= self.config.pairing == Pairing::Joint && !small;
-            candidates.retain(|pair| pair.cost < T::zero()); // likelier than a new landmark
+            candidates.retain(|pair| pair.cost < -self.config.ambiguity); // surely no new landmark
             return exclusive_nearest(candidates);
         }
         sort_for_search(candidates);

@@ -1,13 +1,13 @@
 //! Births, confirmation, deletion, and the merging of duplicates.
 use super::{Feature, Map, MapConfig, MapReport};
 use crate::Real;
-use crate::association::normalised_square;
+use crate::association::{cholesky, forward};
 use crate::slam::landmark::{Form, Landmark, Status};
 use crate::slam::measurement::Measurement;
 use crate::slam::model::{Row, Rows};
 use crate::slam::packed;
 use crate::slam::update::{Absorbed, Decision, Outcome, Pending};
-use nalgebra::Matrix2;
+use nalgebra::{Matrix2, Vector2};
 
 impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landmark<T>]>> Map<T, S, L> {
     pub(super) fn give_birth(
@@ -131,16 +131,23 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                 let rows = difference_rows(seen, other);
                 let covariance =
                     packed::cross(|row, column| self.filter.covariance_at(row, column), &rows, &rows);
-                let [_, threshold] = self.config.match_nis;
-                // Rounding can leave the difference of two well-known points without a variance; they are then
-                // as close as they will ever be.
-                let nis = normalised_square(&difference, &covariance).unwrap_or(T::zero());
-                if nis <= threshold {
+                if self.are_one(&difference, &covariance) {
                     return Some((seen.id, other.id));
                 }
             }
         }
         None
+    }
+
+    /// Whether two points this far apart are one: they must lie in each other's gate, and so surely that there is no room for
+    /// another landmark. Where the drift since one was seen is large they are not: anything would have fitted.
+    fn are_one(&self, difference: &Vector2<T>, covariance: &Matrix2<T>) -> bool {
+        // Rounding can leave the difference of two well-known points without a variance; they are then as close as they
+        // will ever be.
+        let Some(root) = cholesky(covariance) else { return true };
+        let MapConfig { match_nis: [_, threshold], ambiguity, density, .. } = self.config;
+        let ([l11, _, l22], nis) = (root, forward(&root, difference).norm_squared());
+        nis <= threshold && nis + T::lit(2.0) * (T::two_pi() * density * l11 * l22).ln() < -ambiguity
     }
 
     /// Makes two landmarks one: a measurement of no distance between them, then the younger record goes.
