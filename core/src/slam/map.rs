@@ -4,7 +4,8 @@
 //!
 //! 1. *Candidates*: pairs of measurement and landmark whose normalised innovation is below the match threshold.
 //! 2. *Pairing*: each measurement and each landmark at most once, by joint compatibility or exclusive nearest.
-//! 3. *Update* of the pairs, all together.
+//! 3. *Update* of the pairs, all together. Measurements that another association names go through the first three steps
+//!    before the others.
 //! 4. *Births*: a measurement that is further than the birth threshold from every landmark starts a tentative one.
 //!    Between the two thresholds it does neither, and is reported as gated: a duplicate costs more than a miss.
 //! 5. *Upkeep*: a tentative landmark is confirmed at k sightings, and deleted when it was expected in m frames and
@@ -12,6 +13,7 @@
 //!    `merge_distance` takes all its sightings is its duplicate if the two are surely one: they are made one, and the joint
 //!    covariance learns that they are.
 mod config;
+mod merging;
 mod pairing;
 mod upkeep;
 

@@ -69,16 +69,38 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         outcomes: &mut [Outcome<T>],
         report: &mut MapReport,
     ) {
+        // Where another association names landmarks, the rest is judged by what those say of the state.
+        if features.iter().any(|feature| matches!(feature.hint, Hint::Landmark(_))) {
+            self.pair_those(true, features, may_be, finder, outcomes, report);
+        }
+        self.pair_those(false, features, may_be, finder, outcomes, report);
+    }
+
+    /// Pairs the measurements that have a name, or those that have none, and corrects the state by them.
+    fn pair_those(
+        &mut self,
+        named: bool,
+        features: &[Feature<T>],
+        may_be: &impl Fn(usize, &Landmark<T>) -> bool,
+        finder: Option<&RangeFinder<T>>,
+        outcomes: &mut [Outcome<T>],
+        report: &mut MapReport,
+    ) {
         let mut candidates = heapless::Vec::<Candidate<T>, MAX_CANDIDATES>::new();
         for (index, (feature, outcome)) in features.iter().zip(outcomes.iter_mut()).enumerate() {
-            if index >= MAX_FEATURES || feature.measurement.check().is_err() {
+            let of_these = matches!(feature.hint, Hint::Landmark(_)) == named;
+            if !of_these || index >= MAX_FEATURES || feature.measurement.check().is_err() {
                 continue;
             }
             // From here on it is sound; without a landmark it may start one.
             outcome.decision = Decision::Birth;
             self.candidates(index, feature, may_be, finder, outcome, &mut candidates, report);
         }
-        self.choose(features, &mut candidates, finder, report);
+        if named {
+            exclusive_nearest(&mut candidates);
+        } else {
+            self.choose(features, &mut candidates, finder, report);
+        }
         let mut pending = Pending::default();
         for pair in &candidates {
             let (Some(feature), Some(outcome)) =
@@ -138,7 +160,8 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         for (slot, landmark) in self.filter.landmarks().iter().enumerate() {
             let named = feature.hint == Hint::Landmark(landmark.id);
             let excluded = matches!(feature.hint, Hint::Landmark(_)) && !named;
-            if excluded || !may_be(index, landmark) {
+            let taken = landmark.last_frame == self.frame; // by a measurement that names it
+            if excluded || taken || !may_be(index, landmark) {
                 continue;
             }
             let now = self.filter.relative_at(landmark, heading);
@@ -175,10 +198,8 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                 };
             }
             if nis <= match_nis || named {
-                // A named pair is taken before all others.
-                let preference = if named { T::lit(-1e6) } else { T::zero() };
                 let likelihood = nis + T::lit(2.0) * (l11 * l22).ln();
-                let cost = likelihood + offset(&linear, landmark.form, self.config.density) + preference;
+                let cost = likelihood + offset(&linear, landmark.form, self.config.density);
                 let pair = Candidate { observation: index, landmark: slot, cost, dof };
                 report.candidates_dropped += u32::from(candidates.push(pair).is_err());
             }
@@ -196,8 +217,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         // They come measurement by measurement.
         let measured = candidates.chunk_by(|pair, next| pair.observation == next.observation).count();
         let small = measured <= MAX_PAIRS && candidates.len() <= MAX_JOINT_CANDIDATES;
-        let named = features.iter().any(|feature| matches!(feature.hint, Hint::Landmark(_)));
-        if self.config.pairing == Pairing::Nearest || candidates.len() < 2 || !small || named {
+        if self.config.pairing == Pairing::Nearest || candidates.len() < 2 || !small {
             report.search_truncated |= self.config.pairing == Pairing::Joint && !small;
             candidates.retain(|pair| pair.cost < -self.config.ambiguity); // surely no new landmark
             return exclusive_nearest(candidates);

@@ -1,0 +1,153 @@
+//! Duplicates: landmarks that were born anew when a loop closed, or where a corner was missed.
+//!
+//! Two points are one when they are as close as their joint covariance has it, and so surely that there is no room for
+//! another landmark: they go through the same search as a frame's measurements, all pairs together. Where the drift since
+//! the older ones were seen is large no pair is sure by itself, anything would have fitted; several that agree are.
+use super::{Map, MapReport};
+use crate::Real;
+use crate::association::{
+    Candidate, Correlated, MAX_JOINT_CANDIDATES, MAX_PAIRS, cholesky, forward, joint_compatibility,
+    sort_for_search,
+};
+use crate::slam::landmark::{Form, Landmark, Status};
+use crate::slam::model::{Row, Rows};
+use crate::slam::packed;
+use crate::slam::update::{Absorbed, Pending};
+use nalgebra::{Matrix2, Vector2};
+
+/// A landmark that is seen and one nearby that is not.
+struct Pair<T> {
+    /// b − a.
+    difference: Vector2<T>,
+    rows: Rows<T>,
+}
+
+struct Pairs<'a, T, F> {
+    pairs: &'a [Pair<T>],
+    covariance_at: F,
+    noise: Matrix2<T>,
+    offset: T,
+}
+
+impl<T: Real, F: Fn(usize, usize) -> T> Correlated<T> for Pairs<'_, T, F> {
+    fn innovation(&self, candidate: usize) -> Vector2<T> {
+        self.pairs.get(candidate).map_or_else(Vector2::zeros, |pair| pair.difference)
+    }
+
+    fn covariance(&self, left: usize, right: usize) -> Matrix2<T> {
+        let (Some(a), Some(b)) = (self.pairs.get(left), self.pairs.get(right)) else {
+            return Matrix2::zeros();
+        };
+        let from_state = packed::cross(&self.covariance_at, &a.rows, &b.rows);
+        if left == right { from_state + self.noise } else { from_state }
+    }
+
+    fn noise(&self, _: usize) -> Matrix2<T> {
+        self.noise
+    }
+
+    fn offset(&self, _: usize) -> T {
+        self.offset
+    }
+}
+
+impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landmark<T>]>> Map<T, S, L> {
+    /// Makes one of every landmark seen in this frame and its duplicate.
+    pub(super) fn merge_duplicates(&mut self, report: &mut MapReport) {
+        let mut candidates = self.near_unseen_ones();
+        if candidates.is_empty() {
+            return;
+        }
+        sort_for_search(&mut candidates);
+        let pairs: heapless::Vec<_, MAX_JOINT_CANDIDATES> =
+            candidates.iter().filter_map(|one| self.pair_of(one.observation, one.landmark)).collect();
+        let correlated = Pairs {
+            pairs: &pairs,
+            covariance_at: |row, column| self.filter.covariance_at(row, column),
+            noise: self.merge_noise(),
+            offset: self.merge_offset(),
+        };
+        let found =
+            joint_compatibility(&candidates, &correlated, self.config.joint_nodes, self.config.ambiguity);
+        let id = |slot: usize| self.filter.landmarks().get(slot).map(|landmark| landmark.id);
+        let ids: heapless::Vec<_, MAX_PAIRS> = found
+            .chosen
+            .iter()
+            .filter_map(|index| candidates.get(*index))
+            .filter_map(|pair| Some((id(pair.observation)?, id(pair.landmark)?)))
+            .collect();
+        report.merged += ids.iter().filter_map(|(seen, unseen)| self.merge(*seen, *unseen)).count() as u32;
+    }
+
+    /// Pairs of a landmark seen in this frame and one that should have been and was not, in each other's gate.
+    fn near_unseen_ones(&self) -> heapless::Vec<Candidate<T>, MAX_JOINT_CANDIDATES> {
+        let mut near = heapless::Vec::new();
+        let points = || self.filter.landmarks().iter().enumerate().filter(|(_, one)| one.form == Form::Point);
+        let [_, gate] = self.config.match_nis;
+        for (seen, _) in points().filter(|(_, landmark)| landmark.last_frame == self.frame) {
+            for (unseen, _) in points().filter(|(_, landmark)| landmark.missed >= self.config.merge_missed) {
+                let Some(Pair { difference, rows }) = self.pair_of(seen, unseen) else { continue };
+                if difference.norm() > self.config.merge_distance {
+                    continue;
+                }
+                let covariance_at = |row, column| self.filter.covariance_at(row, column);
+                let covariance = packed::cross(covariance_at, &rows, &rows) + self.merge_noise();
+                let Some(root) = cholesky(&covariance) else { continue };
+                let ([l11, _, l22], nis) = (root, forward(&root, &difference).norm_squared());
+                if nis <= gate {
+                    let cost = nis + T::lit(2.0) * (l11 * l22).ln() + self.merge_offset();
+                    let _ = near.push(Candidate { observation: seen, landmark: unseen, cost, dof: 2 }); // else next time
+                }
+            }
+        }
+        near
+    }
+
+    fn pair_of(&self, seen: usize, unseen: usize) -> Option<Pair<T>> {
+        let landmarks = self.filter.landmarks();
+        let (a, b) = (landmarks.get(seen)?, landmarks.get(unseen)?);
+        let difference = self.filter.position(b)? - self.filter.position(a)?;
+        Some(Pair { difference, rows: difference_rows(a, b) })
+    }
+
+    /// How far apart a landmark may be from itself: it also makes up for what rounding takes from the covariance.
+    fn merge_noise(&self) -> Matrix2<T> {
+        let std = self.config.merge_distance * T::lit(0.05);
+        Matrix2::identity() * (std * std)
+    }
+
+    /// 2 ln 2π + 2 ln λ.
+    fn merge_offset(&self) -> T {
+        T::lit(2.0) * (T::two_pi() * self.config.density).ln()
+    }
+
+    /// Makes two landmarks one: a measurement of no distance between them, then the younger record goes.
+    fn merge(&mut self, kept: u32, gone: u32) -> Option<()> {
+        let (a, b) = (*self.filter.landmark(kept)?, *self.filter.landmark(gone)?);
+        let (position_a, position_b) = (self.filter.position(&a)?, self.filter.position(&b)?);
+        let (rows, noise) = (difference_rows(&a, &b), self.merge_noise());
+        let absorbed = Absorbed { innovation: position_b - position_a, noise, dof: 2, rows: &rows };
+        let mut pending = Pending::default();
+        self.filter.absorb(&absorbed, &mut pending);
+        self.filter.finish(pending);
+        // The older name stays.
+        let (old, young) = if a.first_time <= b.first_time { (a, b) } else { (b, a) };
+        self.filter.remove(young.id).ok()?;
+        let record = self.filter.landmarks_mut().iter_mut().find(|landmark| landmark.id == old.id)?;
+        record.seen = a.seen.saturating_add(b.seen);
+        record.expected = a.expected.saturating_add(b.expected);
+        (record.missed, record.last_frame, record.last_time) = (a.missed, a.last_frame, a.last_time);
+        (record.last_pixel, record.descriptor) = (a.last_pixel, a.descriptor.or(b.descriptor));
+        let confirmed = a.status == Status::Confirmed || b.status == Status::Confirmed;
+        record.status = if confirmed { Status::Confirmed } else { Status::Tentative };
+        Some(())
+    }
+}
+
+/// H of l_a − l_b.
+fn difference_rows<T: Real>(a: &Landmark<T>, b: &Landmark<T>) -> Rows<T> {
+    let mut rows = Rows::new();
+    let _ = rows.push(Row::new(a.offset, Matrix2::identity()));
+    let _ = rows.push(Row::new(b.offset, -Matrix2::<T>::identity()));
+    rows
+}
