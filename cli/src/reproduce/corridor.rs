@@ -78,6 +78,7 @@ impl Runner {
         picture: Grey<'_>,
         features: &Features,
     ) -> monorange_core::Result<Report> {
+        let mut disagreement = None;
         let mut moved = wheels.map(|reading| (self.motion.increment(&reading), Matrix3x4::zeros()));
         if let Some(visual) = &mut self.visual {
             let wheels = moved.map(|(wheels, _)| wheels);
@@ -88,12 +89,16 @@ impl Runner {
                     // The floor's homography is the robot's motion; the free one is not.
                     if self.pipeline.config().carrier == Carrier::Floor {
                         moved = Some((step.increment, step.by_mount));
+                        disagreement = step.disagreement;
                     }
                 }
             }
         }
         if let Some((increment, by_mount)) = moved {
             self.pipeline.motion_seen(time, &increment, &by_mount)?;
+        }
+        if let Some(by) = disagreement {
+            self.pipeline.wheels_differ(&by)?;
         }
         self.pipeline.begin();
         for row in picture.rows() {

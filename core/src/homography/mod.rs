@@ -53,7 +53,7 @@ pub use ground_motion::{
 };
 pub use matches::Match;
 pub use motion_likelihood::{Membership, Track};
-pub use odometry::{OdometryConfig, OdometryReport, VisualOdometry};
+pub use odometry::{Disagreement, OdometryConfig, OdometryReport, VisualOdometry};
 pub use robust::{HomographyConfig, HomographyEstimate, direct_linear_transform, estimate_homography};
 
 /// Why there is no homography: an outcome, not a broken contract.

@@ -3,7 +3,7 @@ use super::motion_likelihood::Track;
 use super::{GroundMotion, GroundMotionConfig, Match, MotionPrior, NoMotion, ground_motion};
 use crate::Real;
 use crate::geometry::{Pose, RangeFinder};
-use nalgebra::{Matrix2, Matrix3, Matrix3x4, SymmetricEigen, Vector2};
+use nalgebra::{Matrix2, Matrix2x4, Matrix3, Matrix3x4, SymmetricEigen, Vector2};
 
 /// Settings of [`VisualOdometry`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,10 +64,23 @@ pub struct OdometryReport<T> {
     pub increment_covariance: Matrix3<T>,
     /// ∂increment/∂(height, tilt, roll, yaw) of the mount, whose error all steps share.
     pub increment_by_mount: Matrix3x4<T>,
+    /// How the wheels differ from the pictures, where a keyframe ends that both have measured.
+    pub disagreement: Option<Disagreement<T>>,
     /// Whether the increment comes from the pictures; else it is the prior: odometry, or the last velocity held.
     pub measured: bool,
     /// Whether the caller must keep this picture's features as those of the new keyframe.
     pub new_keyframe: bool,
+}
+
+/// The wheels' motion less the one that was estimated from them and the pictures together: what it tells is the mount.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disagreement<T> {
+    /// In path (m) and turn (rad).
+    pub arc: Vector2<T>,
+    /// Its covariance.
+    pub covariance: Matrix2<T>,
+    /// Its derivative with respect to the errors of the mount's height, tilt, roll and yaw.
+    pub by_mount: Matrix2x4<T>,
 }
 
 impl<T: Real> Default for VisualOdometry<T> {
@@ -113,6 +126,10 @@ impl<T: Real> VisualOdometry<T> {
             Ok(motion) => self.follow(motion, dt),
             Err(_) => self.coast(odometry.or(held.as_ref()), dt),
         };
+        let disagreement = match (&motion, odometry) {
+            (Ok(motion), Some(_)) => prior.map(|wheels| disagreement(&wheels, motion)),
+            _ => None,
+        };
         let slip = config.slip * increment.position().norm();
         increment_covariance.m22 += slip * slip;
         let path = self.since_keyframe.position().norm();
@@ -124,6 +141,7 @@ impl<T: Real> VisualOdometry<T> {
         }
         OdometryReport {
             measured: motion.is_ok(),
+            disagreement: disagreement.filter(|_| new_keyframe),
             motion,
             increment,
             increment_covariance,
@@ -186,6 +204,17 @@ impl<T: Real> VisualOdometry<T> {
         let by_arc = nalgebra::Matrix3x2::from_columns(&[by_arc.column(0), by_arc.column(2)]);
         self.since_keyframe = self.since_keyframe.compose(&pose);
         (pose, by_arc * step.covariance * by_arc.transpose(), Matrix3x4::zeros())
+    }
+}
+
+fn disagreement<T: Real>(wheels: &MotionPrior<T>, motion: &GroundMotion<T>) -> Disagreement<T> {
+    // The path lies along the chord, which has turned by half the arc.
+    let (sin, cos) = (motion.arc.y * T::lit(0.5)).sin_cos();
+    let along = motion.by_mount.row(0) * cos + motion.by_mount.row(1) * sin;
+    Disagreement {
+        arc: wheels.arc - motion.arc,
+        covariance: wheels.covariance + motion.arc_covariance,
+        by_mount: Matrix2x4::from_rows(&[along, motion.by_mount.row(2).into_owned()]),
     }
 }
 

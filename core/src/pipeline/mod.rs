@@ -32,6 +32,7 @@ pub use visual_motion::{VisualConfig, VisualMotion, VisualStep};
 
 use crate::Result;
 use crate::geometry::{Pose, RangeFinder};
+use crate::homography::Disagreement;
 use crate::image::Grey;
 use crate::lines::{Corner, EdgePoint, Extraction, Extractor, MAX_CORNERS};
 use crate::slam::{Feature, Filter, Health, Increment, Landmark, Map, MapReport, Measurement, Outcome};
@@ -137,6 +138,14 @@ impl<S: Storage> Pipeline<S> {
         by_mount: &Matrix3x4<f32>,
     ) -> Result<()> {
         self.map.filter_mut().predict_seen(time, increment, by_mount)
+    }
+
+    /// Corrects the mount's errors by how the wheels differ from the pictures.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`](crate::Error::OutOfRange) when a number is not finite.
+    pub fn wheels_differ(&mut self, by: &Disagreement<f32>) -> Result<Outcome<f32>> {
+        self.map.filter_mut().update_mount(&by.arc, &by.covariance, &by.by_mount)
     }
 
     /// Takes a whole picture, as of `time` in seconds.

@@ -9,8 +9,8 @@
 use crate::features::{Detector, FeatureKind, Features, MatchConfig, SiftConfig};
 use crate::geometry::{Camera, RangeFinder};
 use crate::homography::{
-    GroundMotion, HomographyConfig, HomographyEstimate, Match, MotionPrior, NoMotion, OdometryConfig, Track,
-    VisualOdometry, estimate_homography,
+    Disagreement, GroundMotion, HomographyConfig, HomographyEstimate, Match, MotionPrior, NoMotion,
+    OdometryConfig, Track, VisualOdometry, estimate_homography,
 };
 use crate::image::Grey;
 use crate::slam::Increment;
@@ -63,6 +63,8 @@ pub struct VisualStep {
     pub increment: Increment<f32>,
     /// ∂increment/∂(height, tilt, roll, yaw) of the mount.
     pub by_mount: Matrix3x4<f32>,
+    /// How the wheels differ from the pictures, where a keyframe ends that both have measured.
+    pub disagreement: Option<Disagreement<f32>>,
     /// Whether the pictures gave it; else the last velocity was held.
     pub measured: bool,
     /// Matches with the keyframe.
@@ -177,6 +179,9 @@ impl VisualMotion {
         Ok(Some(VisualStep {
             increment: Increment { delta, covariance },
             by_mount: report.increment_by_mount,
+            disagreement: report
+                .disagreement
+                .map(|one| Disagreement { covariance: one.covariance * factor, ..one }),
             measured: report.measured,
             matches: matches.len(),
             motion: report.motion,

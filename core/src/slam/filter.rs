@@ -24,7 +24,7 @@ const WORK: usize = 2 * BATCH + 3;
 /// Vectors beside the covariance: the state, its rounding errors, first estimates, and the working ones.
 const VECTORS: usize = 3 + WORK;
 /// States before the landmarks: the robot's.
-const ROBOT: usize = 3;
+pub(super) const ROBOT: usize = 3;
 /// The mount's.
 const MOUNT: usize = 4;
 

@@ -16,7 +16,7 @@
 //! on where the origin is.
 #![allow(clippy::indexing_slicing, reason = "kernel: vectors have the filter's capacity, indices its size")]
 use super::factored;
-use super::filter::{BATCH, Covariance, Filter, Parts, Variant};
+use super::filter::{BATCH, Covariance, Filter, Parts, ROBOT, Variant};
 use super::landmark::Landmark;
 use super::measurement::Measurement;
 use super::model::{Linearised, Row};
@@ -24,7 +24,7 @@ use super::motion::arc_rotation;
 use super::packed;
 use crate::association::{Gate, cholesky, forward, inflation};
 use crate::{Error, Real, Result};
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::{Matrix2, Matrix2x4, Vector2};
 
 /// A measurement of a landmark that is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -162,6 +162,33 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         }
         let mut pending = Pending::default();
         let outcome = self.absorb_landmark(slot, linear, &mut pending);
+        self.finish(pending);
+        Ok(outcome)
+    }
+
+    /// Corrects the mount's errors by `difference`, a measurement of `by_mount` times them; where they are no states nothing
+    /// happens.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] when a number is not finite.
+    pub fn update_mount(
+        &mut self,
+        difference: &Vector2<T>,
+        covariance: &Matrix2<T>,
+        by_mount: &Matrix2x4<T>,
+    ) -> Result<Outcome<T>> {
+        let finite = difference.iter().chain(by_mount).all(|value| value.is_finite());
+        if !finite || cholesky(covariance).is_none() {
+            let expected = "finite numbers and a positive definite covariance";
+            return Err(Error::OutOfRange { name: "difference", value: difference.x.to_f64(), expected });
+        }
+        if self.config.mount_std.is_none() {
+            return Ok(Outcome::default());
+        }
+        let rows = [0, 2].map(|at| Row::new(ROBOT + at, by_mount.fixed_columns::<2>(at).into_owned()));
+        let absorbed = Absorbed { innovation: *difference, noise: *covariance, dof: 2, rows: &rows };
+        let mut pending = Pending::default();
+        let outcome = self.absorb(&absorbed, &mut pending);
         self.finish(pending);
         Ok(outcome)
     }
