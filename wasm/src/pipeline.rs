@@ -197,7 +197,7 @@ impl Pipeline {
         let Some(visual) = &mut self.visual else { return Ok(Motion::None) };
         let picture = Grey::new(&self.picture, width, height)?;
         let Some(step) = visual.step(&self.inner.finder(), time, picture)? else { return Ok(Motion::None) };
-        self.inner.motion_seen(time, &step.increment, &step.by_mount)?;
+        self.inner.motion_seen(time, &step)?;
         Ok(if step.measured { Motion::Measured } else { Motion::Held })
     }
 

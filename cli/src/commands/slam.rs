@@ -224,7 +224,7 @@ impl<'a> Drive<'a> {
             *unmeasured += usize::from(!step.measured);
         }
         if self.fused() {
-            self.pipeline.motion_seen(now, &step.increment, &step.by_mount).map_err(Error::new)?;
+            self.pipeline.motion_seen(now, &step).map_err(Error::new)?;
         }
         Ok(())
     }

@@ -15,7 +15,7 @@ use monorange_core::pipeline::{
     VisualMotion,
 };
 use monorange_sim::{MOUNT_STD, PIXEL_STD, Scene, SceneConfig, SimConfig, Simulation, default_rig};
-use nalgebra::{Matrix3x4, Vector2};
+use nalgebra::Vector2;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
@@ -78,27 +78,23 @@ impl Runner {
         picture: Grey<'_>,
         features: &Features,
     ) -> monorange_core::Result<Report> {
-        let mut disagreement = None;
-        let mut moved = wheels.map(|reading| (self.motion.increment(&reading), Matrix3x4::zeros()));
+        let wheels = wheels.map(|reading| self.motion.increment(&reading));
+        let mut seen = None;
         if let Some(visual) = &mut self.visual {
-            let wheels = moved.map(|(wheels, _)| wheels);
-            match visual.follow(&self.pipeline.finder(), time, wheels.as_ref(), features.clone())? {
+            seen = visual.follow(&self.pipeline.finder(), time, wheels.as_ref(), features.clone())?;
+            match &seen {
                 None => self.pixels.look(None, None, true),
                 Some(step) => {
                     self.pixels.look(step.motion.as_ref().ok(), step.free.as_ref(), step.new_keyframe);
-                    // The floor's homography is the robot's motion; the free one is not.
-                    if self.pipeline.config().carrier == Carrier::Floor {
-                        moved = Some((step.increment, step.by_mount));
-                        disagreement = step.disagreement;
-                    }
                 }
             }
         }
-        if let Some((increment, by_mount)) = moved {
-            self.pipeline.motion_seen(time, &increment, &by_mount)?;
-        }
-        if let Some(by) = disagreement {
-            self.pipeline.wheels_differ(&by)?;
+        // The floor's homography is the robot's motion; the free one is not.
+        let seen = seen.filter(|_| self.pipeline.config().carrier == Carrier::Floor);
+        match (seen, wheels) {
+            (Some(step), _) => self.pipeline.motion_seen(time, &step)?,
+            (None, Some(wheels)) => self.pipeline.motion(time, &wheels)?,
+            (None, None) => {}
         }
         self.pipeline.begin();
         for row in picture.rows() {

@@ -32,11 +32,10 @@ pub use visual_motion::{VisualConfig, VisualMotion, VisualStep};
 
 use crate::Result;
 use crate::geometry::{Pose, RangeFinder};
-use crate::homography::Disagreement;
 use crate::image::Grey;
 use crate::lines::{Corner, EdgePoint, Extraction, Extractor, MAX_CORNERS};
 use crate::slam::{Feature, Filter, Health, Increment, Landmark, Map, MapReport, Measurement, Outcome};
-use nalgebra::{Matrix2, Matrix3, Matrix3x4, Vector3};
+use nalgebra::{Matrix2, Matrix3, Vector3};
 
 /// The whole pipeline over memory of the kind `S`.
 ///
@@ -126,26 +125,19 @@ impl<S: Storage> Pipeline<S> {
         self.map.filter_mut().predict(time, increment)
     }
 
-    /// As [`motion`](Self::motion), of a step that the camera itself measured: `by_mount` is its derivative with respect to
-    /// the mount's height, tilt, roll and yaw, whose errors are states of the filter and are shared by all such steps.
+    /// As [`motion`](Self::motion), of a step that the camera itself measured: the mount's errors, which are states of the
+    /// filter, are shared by all such steps; and where the wheels measured it too, what they differ by corrects the mount.
     ///
     /// # Errors
     /// As [`odometry`](Self::odometry).
-    pub fn motion_seen(
-        &mut self,
-        time: f64,
-        increment: &Increment<f32>,
-        by_mount: &Matrix3x4<f32>,
-    ) -> Result<()> {
-        self.map.filter_mut().predict_seen(time, increment, by_mount)
-    }
-
-    /// Corrects the mount's errors by how the wheels differ from the pictures.
-    ///
-    /// # Errors
-    /// [`Error::OutOfRange`](crate::Error::OutOfRange) when a number is not finite.
-    pub fn wheels_differ(&mut self, by: &Disagreement<f32>) -> Result<Outcome<f32>> {
-        self.map.filter_mut().update_mount(&by.arc, &by.covariance, &by.by_mount)
+    #[cfg(all(feature = "alloc", feature = "sift"))]
+    pub fn motion_seen(&mut self, time: f64, step: &VisualStep) -> Result<()> {
+        let filter = self.map.filter_mut();
+        filter.predict_seen(time, &step.increment, &step.by_mount)?;
+        if let Some(by) = &step.disagreement {
+            filter.update_mount(&by.arc, &by.covariance, &by.by_mount)?;
+        }
+        Ok(())
     }
 
     /// Takes a whole picture, as of `time` in seconds.
