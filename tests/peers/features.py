@@ -34,9 +34,9 @@ def opencv_ms(call, repeats):
     best = float("inf")
     for _ in range(repeats):
         start = time.perf_counter()
-        found = call()
+        call()
         best = min(best, (time.perf_counter() - start) * 1e3)
-    return best, len(found)
+    return best
 
 
 def speed(pictures):
@@ -44,16 +44,19 @@ def speed(pictures):
     print("OpenCV", cv2.__version__)
     for picture in pictures:
         grey = cv2.imread(picture, cv2.IMREAD_GRAYSCALE)
-        for name, call, repeats in (
-            ("fast", lambda: fast.detect(grey), 300),
-            ("sift", lambda: sift.detectAndCompute(grey, None)[0], 30),
+        # A mask of nothing is applied to the finished corners: making objects of Python of them does not count.
+        nowhere = np.zeros_like(grey)
+        for name, call, found, repeats in (
+            ("fast", lambda: fast.detect(grey, nowhere), lambda: fast.detect(grey), 1000),
+            ("sift", lambda: sift.detectAndCompute(grey, None), lambda: sift.detect(grey), 30),
         ):
             # Alternate, so that both see the same machine.
             theirs, ours = [], []
             for _ in range(3):
                 theirs.append(opencv_ms(call, repeats))
                 ours.append(ours_ms(picture, name))
-            (their_ms, their_count), (our_ms, our_count) = min(theirs), min(ours)
+            their_ms, their_count = min(theirs), len(found())
+            our_ms, our_count = min(ours)
             print(
                 f"{os.path.basename(picture)} {name}: ours {our_ms:.3f} ms, {our_count} keypoints;"
                 f" OpenCV {their_ms:.3f} ms, {their_count}; ratio {our_ms / their_ms:.2f}"
