@@ -1,16 +1,21 @@
-//! Times the robust homography with its covariance on problems of 300 matches.
+//! Times the robust homography with its covariance on problems of 300 matches, half a pixel of noise in each picture.
 //!
-//! `cargo run --release -p monorange-core --example robust_homography -- MATCHES.txt` reads lines `ua va ub vb`,
-//! 300 a problem, so that another library can be timed on the same numbers.
+//! `cargo run --release -p monorange-core --example robust_homography -- MATCHES.txt [OUT]` reads lines `ua va ub vb`,
+//! 300 a problem, so that another library can be timed on the same numbers (`tests/peers/features.py robust`). Prints
+//! a line for each scalar: name, least milliseconds a problem, problems solved, mean number of samples; writes the
+//! matrices to `OUT.f32` and `OUT.f64`, nine numbers a line.
 use monorange_core::Real;
 use monorange_core::homography::{HomographyConfig, Match, estimate_homography};
-use nalgebra::Vector2;
+use nalgebra::{Matrix3, Vector2};
+use std::error::Error;
+use std::fmt::Write;
 use std::time::Instant;
 
 const MATCHES: usize = 300;
-const VARIANCE: f64 = 0.35 * 0.35;
+const VARIANCE: f64 = 0.5 * 0.5;
+const REPEATS: usize = 20;
 
-fn time<T: Real>(numbers: &[f64]) -> f64 {
+fn run<T: Real>(name: &str, numbers: &[f64], out: Option<&String>) -> Result<(), Box<dyn Error>> {
     let matches: Vec<Match<T>> = numbers
         .chunks_exact(4)
         .map(|row| {
@@ -23,27 +28,36 @@ fn time<T: Real>(numbers: &[f64]) -> f64 {
     let mut posteriors = vec![T::zero(); MATCHES];
     let config = HomographyConfig::default();
     let mut fastest = f64::INFINITY;
-    let (mut solved, mut samples) = (0, 0);
-    for _ in 0..20 {
+    let mut found = Vec::new();
+    for _ in 0..REPEATS {
+        found.clear();
         let start = Instant::now();
-        (solved, samples) = (0, 0);
         for problem in matches.chunks_exact(MATCHES) {
-            if let Ok(found) = estimate_homography(&config, problem, &mut posteriors) {
-                solved += 1;
-                samples += found.samples;
-            }
+            found.push(estimate_homography(&config, problem, &mut posteriors));
         }
-        fastest = fastest.min(start.elapsed().as_secs_f64() / problems as f64);
+        fastest = fastest.min(start.elapsed().as_secs_f64() * 1e3 / problems as f64);
     }
-    println!("solved {solved} of {problems}, {:.1} samples each", f64::from(samples) / f64::from(solved));
-    fastest * 1e3
+    let solved = found.iter().flatten().count();
+    let samples: u32 = found.iter().flatten().map(|found| found.samples).sum();
+    println!("{name} {fastest:.4} {solved} {:.1}", f64::from(samples) / solved as f64);
+    if let Some(out) = out {
+        let mut text = String::new();
+        for found in &found {
+            let matrix =
+                found.as_ref().map_or_else(|_| Matrix3::zeros(), |f| f.homography.matrix().map(Real::to_f64));
+            matrix.transpose().iter().try_for_each(|element| write!(text, "{element} "))?;
+            text.push('\n');
+        }
+        std::fs::write(format!("{out}.{name}"), text)?;
+    }
+    Ok(())
 }
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let path = std::env::args().nth(1).ok_or("give a file of matches, lines of ua va ub vb")?;
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let path = arguments.first().ok_or("give a file of matches, lines of ua va ub vb")?;
     let text = std::fs::read_to_string(path)?;
     let numbers = text.split_whitespace().map(str::parse).collect::<Result<Vec<f64>, _>>()?;
-    println!("f32: {:.3} ms a problem, fastest of 20 runs", time::<f32>(&numbers));
-    println!("f64: {:.3} ms a problem, fastest of 20 runs", time::<f64>(&numbers));
-    Ok(())
+    run::<f32>("f32", &numbers, arguments.get(1))?;
+    run::<f64>("f64", &numbers, arguments.get(1))
 }

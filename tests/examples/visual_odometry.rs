@@ -109,7 +109,7 @@ fn road(kind: FeatureKind) -> Result<Vec<Frame>, Box<dyn Error>> {
 fn print(name: &str, drive: &VisualDrive) {
     let degrees = |angle: f64| angle.to_degrees();
     println!(
-        "{name}: {:.2} m, path {:+.2} %, end {:.2} %, heading {:.2}°, worst {:.2}°, measured {:?}, step NEES/2 {:.2}, \
+        "{name}: {:.2} m, path {:+.2} %, end {:.2} %, heading {:.2}°, worst {:.2}°, measured {:?}, step NEES/2 {:.2}, since keyframe {:.2?}, \
          pose NEES/3 {:.2}, path std {:.3} m, floor {:.0}, factor {:.2}",
         drive.path,
         100.0 * (drive.estimated_path / drive.path - 1.0),
@@ -118,6 +118,7 @@ fn print(name: &str, drive: &VisualDrive) {
         degrees(drive.worst_heading),
         drive.measured,
         drive.step_nees / 2.0,
+        drive.motion_nees,
         drive.pose_nees / 3.0,
         drive.path_std,
         drive.floor,

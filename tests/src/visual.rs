@@ -52,6 +52,9 @@ pub struct VisualDrive {
     pub measured: [usize; 2],
     /// Mean squared error of (path, turn) of a step over its covariance; 2 is right.
     pub step_nees: f64,
+    /// Mean squared errors of the path and of the turn since the keyframe over their variances, as the pictures give
+    /// them, before [`VisualConfig::covariance_factor`]; 1 is right.
+    pub motion_nees: [f64; 2],
     /// Mean NEES of the pose with the steps' covariances added up as a filter does; 3 is right.
     pub pose_nees: f64,
     /// Standard deviation of the path at the end as the steps' covariances add up, m.
@@ -78,10 +81,12 @@ pub fn drive(config: VisualConfig, finder: &RangeFinder<f32>, frames: &[Frame]) 
     let mut result = VisualDrive::default();
     let mut last: Option<(Pose<f64>, Pose<f64>)> = None;
     let (mut covariance, mut path_variance, mut counted) = (Matrix3::zeros(), 0.0, 0.0);
+    let mut keyframe = Pose::default();
     for frame in frames {
         let step = visual.follow(finder, frame.time, None, frame.features.clone()).expect("times grow");
         let Some((estimate, truth)) = last else {
             last = Some((frame.truth, frame.truth));
+            keyframe = frame.truth;
             continue;
         };
         let Some(step) = step else { continue };
@@ -95,6 +100,18 @@ pub fn drive(config: VisualConfig, finder: &RangeFinder<f32>, frames: &[Frame]) 
         if let Ok(motion) = &step.motion {
             result.floor += f64::from(motion.floor);
             result.variance_factor += f64::from(motion.variance_factor);
+            let moved = keyframe.inverse().compose(&frame.truth);
+            let error = [
+                moved.position().norm() - f64::from(motion.pose.position().norm()),
+                wrap_angle(moved.heading - f64::from(motion.arc.y)),
+            ];
+            let variances = motion.arc_covariance.diagonal().cast::<f64>();
+            for ((sum, error), variance) in result.motion_nees.iter_mut().zip(error).zip(variances.iter()) {
+                *sum += error * error / variance;
+            }
+        }
+        if step.new_keyframe {
+            keyframe = frame.truth;
         }
         let error = Vector2::new(found.x - true_step.x, found.heading - true_step.heading);
         let c = step_covariance;
@@ -123,6 +140,7 @@ pub fn drive(config: VisualConfig, finder: &RangeFinder<f32>, frames: &[Frame]) 
     }
     let steps = (result.measured[1] as f64).max(1.0);
     result.step_nees /= steps;
+    result.motion_nees = result.motion_nees.map(|sum| sum / (result.measured[0] as f64).max(1.0));
     result.floor /= steps;
     result.variance_factor /= steps;
     result.pose_nees /= f64::max(counted, 1.0);

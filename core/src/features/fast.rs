@@ -37,6 +37,8 @@ pub(super) const ROWS: usize = 2 * RADIUS + 1;
 pub(super) const VAR_PX2: f32 = 0.14;
 /// Pixels that are rejected or scored together.
 const BLOCK: usize = 16;
+/// Columns of a row that holds one block's circles.
+const NARROW: usize = BLOCK + 2 * RADIUS;
 /// The circle: column and row from the top-left of its square, clockwise from the top.
 const CIRCLE: [(usize, usize); 16] = [
     (3, 0),
@@ -64,90 +66,106 @@ pub(super) fn score_row(rows: [&[u8]; ROWS], threshold: u8, scores: &mut [u8]) {
     if width < ROWS {
         return;
     }
-    let inside = &mut scores[RADIUS..width - RADIUS];
-    bound(&rows, threshold, inside);
-    let (mut first, mut last) = (0, 0);
-    while last < inside.len() {
-        // A run of blocks that each hold a promising pixel is scored in one go.
-        let end = (last + BLOCK).min(inside.len());
-        if word(&inside[last..end]) > 0 {
-            last = end;
-            continue;
-        }
-        score_run(&rows, first, threshold, &mut inside[first..last]);
-        (first, last) = (end, end);
+    if width < NARROW {
+        let padded = rows.map(|row| {
+            let mut padded = [0; NARROW];
+            padded[..width].copy_from_slice(&row[..width]);
+            padded
+        });
+        let mut found = [0; NARROW];
+        score_wide(&padded.each_ref().map(|row| &row[..]), threshold, &mut found);
+        scores[RADIUS..width - RADIUS].copy_from_slice(&found[RADIUS..width - RADIUS]);
+    } else {
+        score_wide(&rows, threshold, scores);
     }
-    score_run(&rows, first, threshold, &mut inside[first..last]);
 }
 
-/// Writes by how much each pixel's score can exceed the threshold at most.
-fn bound(rows: &[&[u8]; ROWS], threshold: u8, bounds: &mut [u8]) {
-    let width = bounds.len();
-    let [top, right, bottom, left] =
-        [0, 4, 8, 12].map(|point| &rows[CIRCLE[point].1][CIRCLE[point].0..][..width]);
-    let centre = &rows[RADIUS][RADIUS..][..width];
-    for n in 0..width {
+/// As [`score_row`] for at least [`NARROW`] columns.
+fn score_wide(rows: &[&[u8]; ROWS], threshold: u8, scores: &mut [u8]) {
+    let width = scores.len();
+    let rows = rows.map(|row| &row[..width]);
+    let inside = width - 2 * RADIUS;
+    for start in (0..inside).step_by(BLOCK) {
+        // The last block overlaps its neighbour, whose scores it finds again.
+        let start = start.min(inside - BLOCK);
+        if promising(&rows, start, threshold) {
+            let Some(circle) = circle(&rows, start) else { continue };
+            scores[RADIUS + start..][..BLOCK].copy_from_slice(&score_block(&circle, threshold));
+        }
+    }
+}
+
+/// Whether the score of one of a block's pixels can exceed the threshold.
+#[inline(always)]
+fn promising(rows: &[&[u8]; ROWS], start: usize, threshold: u8) -> bool {
+    let at = |(column, row): (usize, usize)| -> &[u8] { &rows[row][start + column..][..BLOCK] };
+    let [top, right, bottom, left] = [at(CIRCLE[0]), at(CIRCLE[4]), at(CIRCLE[8]), at(CIRCLE[12])];
+    let centre = at((RADIUS, RADIUS));
+    let mut bounds = [0; BLOCK];
+    for n in 0..BLOCK {
         let bright = top[n].max(bottom[n]).min(left[n].max(right[n])).saturating_sub(centre[n]);
         let dark = centre[n].saturating_sub(top[n].min(bottom[n]).max(left[n].min(right[n])));
         bounds[n] = bright.max(dark).saturating_sub(threshold);
     }
+    u128::from_le_bytes(bounds) > 0
 }
 
 /// Neighbouring pixels, which a processor with vectors takes as one.
 type Lanes = [u8; BLOCK];
 
-/// Writes the scores of the pixels from `first` on, as many as `scores` has room for.
+/// The circles of a block's pixels and, last, the pixels themselves.
+#[inline(always)]
+fn circle<'a>(rows: &[&'a [u8]; ROWS], start: usize) -> Option<[&'a Lanes; 17]> {
+    let at = |point: usize| {
+        let (column, row) = if point < 16 { CIRCLE[point] } else { (RADIUS, RADIUS) };
+        rows[row].get(start + column..)?.first_chunk()
+    };
+    Some([
+        at(0)?,
+        at(1)?,
+        at(2)?,
+        at(3)?,
+        at(4)?,
+        at(5)?,
+        at(6)?,
+        at(7)?,
+        at(8)?,
+        at(9)?,
+        at(10)?,
+        at(11)?,
+        at(12)?,
+        at(13)?,
+        at(14)?,
+        at(15)?,
+        at(16)?,
+    ])
+}
+
+/// The scores of a block's pixels, without branches.
 #[inline(never)]
-fn score_run(rows: &[&[u8]; ROWS], first: usize, threshold: u8, scores: &mut [u8]) {
-    for (block, scores) in scores.chunks_mut(BLOCK).enumerate() {
-        let start = first + block * BLOCK;
-        let circle = CIRCLE.map(|(column, row)| lanes(&rows[row][start + column..]));
-        let found = arc_scores(&circle, lanes(&rows[RADIUS][start + RADIUS..]));
-        let found = found.map(|score| if score > threshold { score } else { 0 });
-        scores.copy_from_slice(found.get(..scores.len()).unwrap_or_default());
+fn score_block(circle: &[&Lanes; 17], threshold: u8) -> Lanes {
+    let mut scores = [0; BLOCK];
+    for lane in 0..BLOCK {
+        let points: [u8; 16] = core::array::from_fn(|point| circle[point][lane]);
+        let centre = circle[16][lane];
+        let brighter = best_arc(&points, u8::MIN, u8::min, u8::max).saturating_sub(centre);
+        let darker = centre.saturating_sub(best_arc(&points, u8::MAX, u8::max, u8::min));
+        let score = brighter.max(darker);
+        scores[lane] = if score > threshold { score } else { 0 };
     }
-}
-
-/// The first pixels of a row; zeros beyond its end.
-#[inline(always)]
-fn lanes(row: &[u8]) -> Lanes {
-    row.first_chunk().copied().unwrap_or_else(|| {
-        let mut lanes = [0; BLOCK];
-        lanes.iter_mut().zip(row).for_each(|(lane, pixel)| *lane = *pixel);
-        lanes
-    })
-}
-
-#[inline(always)]
-fn each(left: Lanes, right: Lanes, of: impl Fn(u8, u8) -> u8) -> Lanes {
-    core::array::from_fn(|lane| of(left[lane], right[lane]))
-}
-
-/// The scores of pixels, without branches.
-#[inline(always)]
-fn arc_scores(circle: &[Lanes; 16], centre: Lanes) -> Lanes {
-    let brightest = best_arc(circle, [u8::MIN; BLOCK], u8::min, u8::max);
-    let darkest = best_arc(circle, [u8::MAX; BLOCK], u8::max, u8::min);
-    let brighter = each(brightest, centre, |a, b| a.max(b) - b);
-    let darker = each(centre, darkest, |a, b| a.max(b) - b);
-    each(brighter, darker, u8::max)
+    scores
 }
 
 /// The best over all arcs of the worst of their nine points, from the `worst` there can be.
 #[inline(always)]
-fn best_arc(
-    circle: &[Lanes; 16],
-    worst: Lanes,
-    worse: impl Fn(u8, u8) -> u8,
-    better: impl Fn(u8, u8) -> u8,
-) -> Lanes {
-    let two: [Lanes; 8] = core::array::from_fn(|n| each(circle[2 * n + 1], circle[(2 * n + 2) % 16], &worse));
-    let four: [Lanes; 8] = core::array::from_fn(|n| each(two[n], two[(n + 1) % 8], &worse));
+fn best_arc(circle: &[u8; 16], worst: u8, worse: impl Fn(u8, u8) -> u8, better: impl Fn(u8, u8) -> u8) -> u8 {
+    let two: [u8; 8] = core::array::from_fn(|n| worse(circle[2 * n + 1], circle[(2 * n + 2) % 16]));
+    let four: [u8; 8] = core::array::from_fn(|n| worse(two[n], two[(n + 1) % 8]));
     (0..8).fold(worst, |best, n| {
         // The arcs that start at 2n and at 2n + 1 share eight points and have one more at either end.
-        let eight = each(four[n], four[(n + 2) % 8], &worse);
-        let ninth = each(circle[2 * n], circle[(2 * n + 9) % 16], &better);
-        each(best, each(eight, ninth, &worse), &better)
+        let eight = worse(four[n], four[(n + 2) % 8]);
+        let ninth = better(circle[2 * n], circle[(2 * n + 9) % 16]);
+        better(best, worse(eight, ninth))
     })
 }
 
@@ -174,10 +192,14 @@ pub(super) fn suppress_row([above, here, below]: [&[u8]; 3], mut found: impl FnM
     }
 }
 
-/// A block's bytes, the first as the lowest.
+/// A block's bytes, the first as the lowest; zeros beyond its end.
 #[inline(always)]
 fn word(block: &[u8]) -> u128 {
-    u128::from_le_bytes(lanes(block))
+    u128::from_le_bytes(block.first_chunk().copied().unwrap_or_else(|| {
+        let mut lanes = [0; BLOCK];
+        lanes.iter_mut().zip(block).for_each(|(lane, score)| *lane = *score);
+        lanes
+    }))
 }
 
 /// What [`detect_fast`] found.

@@ -69,7 +69,7 @@ pub struct MotionPrior<T> {
 pub struct GroundMotion<T> {
     /// first_robot_from_second_robot: (dx, dy, dθ) in the robot's frame at the first picture.
     pub pose: Pose<T>,
-    /// Covariance of (dx, dy, dθ) from the noise of the pixels; rank 2 for [`MotionModel::Wheeled`].
+    /// Covariance of (dx, dy, dθ) from the scatter of the matches; rank 2 for [`MotionModel::Wheeled`].
     pub covariance: Matrix3<T>,
     /// ∂(dx, dy, dθ)/∂(height, tilt, roll, yaw) of the mount: how its error, which all steps share, goes into the step.
     pub by_mount: Matrix3x4<T>,
@@ -168,7 +168,6 @@ struct MotionProblem<'a, T> {
 struct RefinedStep<T> {
     step: PlanarStep<T>,
     sums: StepEquations<T>,
-    information: SMatrix<T, STEP, STEP>,
     scene: Scene<T>,
 }
 
@@ -378,13 +377,7 @@ impl<'a, T: Real> MotionProblem<'a, T> {
                 break;
             }
         }
-        let (complete, _) = self.constrained(&step, &sums);
-        let mut observed = sums;
-        observed.hessian -= Trial::new(&self.rig, &step, scene).missing_information(tracks);
-        let (information, _) = self.constrained(&step, &observed);
-        // Far from its assumptions the correction can go too far.
-        let information = if information.cholesky().is_some() { information } else { complete };
-        Some(RefinedStep { step, sums, information, scene })
+        Some(RefinedStep { step, sums, scene })
     }
 
     /// Newton's step and its decrement gᵀ H⁻¹ g, or `None` where the matches do not determine it.
@@ -399,6 +392,66 @@ impl<'a, T: Real> MotionProblem<'a, T> {
         let freedom = sums.measurements - T::lit(2.0);
         let enough = freedom > T::one() && sums.chi2 > T::zero();
         if enough { (sums.chi2 / freedom).max(T::lit(0.25)).min(T::lit(4.0)) } else { T::one() }
+    }
+
+    /// H⁻¹, and the covariance of the parameters.
+    ///
+    /// H⁻¹ would be the covariance if the mixture were the truth. It is not: points above the floor are wherever things
+    /// are, those near it pass for floor, and more of them on the left than on the right turn the step. What each match
+    /// does to the step tells how much: the change that leaving it out makes, δᵢ = (H − Hᵢ)⁻¹ sᵢ, squared and added up
+    /// (the jackknife; for regressions MacKinnon & White 1985). A sum of few squares is itself uncertain: with ν of
+    /// them counting (Satterthwaite 1946) the error is Student's, whose variance is ν/(ν − 2) times as large. Four or
+    /// fewer tell too little to replace H⁻¹, and are added to it.
+    fn covariance(
+        &self,
+        refined: &RefinedStep<T>,
+        tracks: &[Track<T>],
+    ) -> Option<(SMatrix<T, STEP, STEP>, SMatrix<T, STEP, STEP>)> {
+        let RefinedStep { step, sums, scene } = refined;
+        let constrained = |hessian| self.constrained(step, &StepEquations { hessian, ..*sums }).0;
+        let trial = Trial::new(&self.rig, step, *scene);
+        let observed = trial.parts(tracks).fold(SMatrix::zeros(), |sum, part| sum + part.information);
+        // Far from its assumptions what is missing can be too much.
+        let certain = constrained(observed).cholesky();
+        let inverse = self.freed(certain.or_else(|| constrained(sums.hessian).cholesky())?.inverse());
+
+        // The priors are taken at their word.
+        let prior = self.freed(constrained(SMatrix::zeros()));
+        let mut covariance = inverse * prior * inverse;
+        let mut squares = SVector::<T, STEP>::zeros();
+        for part in trial.parts(tracks) {
+            // A match that the step cannot do without is taken to the first order.
+            let rest = constrained(observed - part.information).cholesky();
+            let change = rest.map_or(inverse, |rest| self.freed(rest.inverse())) * part.score;
+            covariance += change * change.transpose();
+            let share = (inverse * part.information * inverse).diagonal();
+            squares += share.component_mul(&share);
+        }
+        let few = T::lit(4.0);
+        let freedom = inverse.diagonal().zip_map(&squares, |variance, squares| {
+            let square = variance * variance;
+            if square > T::zero() { square / squares.max(square * T::default_epsilon()) } else { few }
+        });
+        let students = freedom.map(|freedom| {
+            let freedom = freedom.max(few);
+            (freedom / (freedom - T::lit(2.0))).sqrt()
+        });
+        let students = SMatrix::from_diagonal(&students);
+        let covariance = students * covariance * students;
+        let told =
+            freedom.iter().zip(self.priors()).all(|(freedom, prior)| prior.is_none() || *freedom > few);
+        Some((inverse, if told { covariance } else { covariance + inverse }))
+    }
+
+    /// The matrix without the parameters that are held fixed.
+    fn freed(&self, mut matrix: SMatrix<T, STEP, STEP>) -> SMatrix<T, STEP, STEP> {
+        for (index, prior) in self.priors().into_iter().enumerate() {
+            if prior.is_none() {
+                matrix.row_mut(index).fill(T::zero());
+                matrix.column_mut(index).fill(T::zero());
+            }
+        }
+        matrix
     }
 
     /// ∂gradient/∂(height, tilt, roll, yaw) at a step, by central differences. Where the gradient is zero, the step
@@ -437,15 +490,9 @@ impl<'a, T: Real> MotionProblem<'a, T> {
         if !meaningful(self.candidates, sums.floor, sample, gate / (self.area * T::lit(0.5))) {
             return Err(NoMotion::NoConsensus);
         }
-        let mut covariance = refined.information.cholesky().ok_or(NoMotion::Degenerate)?.inverse();
+        let (inverse, covariance) = self.covariance(refined, tracks).ok_or(NoMotion::Degenerate)?;
         if !covariance.iter().chain(step.0.iter()).all(|value| value.is_finite()) {
             return Err(NoMotion::Degenerate);
-        }
-        for (index, prior) in self.priors().into_iter().enumerate() {
-            if prior.is_none() {
-                covariance.row_mut(index).fill(T::zero());
-                covariance.column_mut(index).fill(T::zero());
-            }
         }
         let pose_by_step = step.pose_by_step();
         let arc_covariance = Matrix2::new(covariance.m11, covariance.m13, covariance.m31, covariance.m33);
@@ -456,7 +503,7 @@ impl<'a, T: Real> MotionProblem<'a, T> {
         Ok(GroundMotion {
             pose: step.pose(),
             covariance: pose_by_step * covariance * pose_by_step.transpose(),
-            by_mount: pose_by_step * covariance * self.gradient_by_mount(refined, tracks),
+            by_mount: pose_by_step * inverse * self.gradient_by_mount(refined, tracks),
             arc: step.arc(),
             arc_covariance,
             floor_homography,

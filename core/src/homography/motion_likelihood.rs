@@ -62,6 +62,12 @@ pub(super) struct StepEquations<T> {
     pub(super) measurements: T,
 }
 
+/// What a match alone says of the step.
+pub(super) struct Part<T> {
+    pub(super) information: SMatrix<T, STEP, STEP>,
+    pub(super) score: SVector<T, STEP>,
+}
+
 /// A view made ready to try matches on.
 pub(super) struct Trial<T> {
     view: View<T>,
@@ -218,40 +224,41 @@ impl<T: Real> Trial<T> {
         track.rays.as_ref().map_or(Membership::default(), weigh)
     }
 
-    /// The information that is missing because no one says where each match's point is (Louis 1982): the spread of
-    /// its score over the possibilities, Σ wₖ sₖ sₖᵀ − s̄ s̄ᵀ, to be taken from the information of [`equations`].
+    /// What each match alone says of the step: its information and its score s̄ = Σ wₖ sₖ, the gradient.
+    ///
+    /// The information is that of [`equations`] less what is missing because no one says where the match's point is
+    /// (Louis 1982), the spread of its score over the possibilities, Σ wₖ sₖ sₖᵀ − s̄ s̄ᵀ.
     ///
     /// [`equations`]: Self::equations
-    pub(super) fn missing_information(&self, tracks: &[Track<T>]) -> SMatrix<T, STEP, STEP> {
+    pub(super) fn parts(&self, tracks: &[Track<T>]) -> impl Iterator<Item = Part<T>> {
         let (floor_by_step, essential_by_step) =
             (self.view.homography_by_step(), self.view.essential_by_step());
-        let mut missing = SMatrix::<T, STEP, STEP>::zeros();
-        for pair in tracks.iter().filter_map(|track| track.rays.as_ref()) {
+        tracks.iter().filter_map(move |track| {
+            let pair = track.rays.as_ref()?;
             let floor = self.floor_part(pair);
             let epipolar = self.epipolar_part(pair, floor.as_ref());
-            let (membership, _) = weigh(&floor, &epipolar, self.wrong());
-            let certain = T::lit(1.0 - 1e-4);
-            if membership.floor > certain || membership.upright > certain {
-                continue;
-            }
-            let through_floor = |part: &FloorPart<T>, whitened: &Vector2<T>| {
+            let Membership { floor: on, upright: off } = weigh(&floor, &epipolar, self.wrong()).0;
+            let through_floor = |part: &FloorPart<T>, information: &Matrix2<T>, whitened: &Vector2<T>| {
                 let mut sums = Sums::default();
-                let nothing = Matrix2::zeros();
-                sums.add((part.corrected, part.inverse_third), part.predicted, &nothing, whitened);
-                floor_by_step.tr_mul(&sums.assemble().1)
+                sums.add((part.corrected, part.inverse_third), part.predicted, information, whitened);
+                let (hessian, gradient) = sums.assemble();
+                (floor_by_step.tr_mul(&(hessian * floor_by_step)), floor_by_step.tr_mul(&gradient))
             };
-            let on_floor =
-                floor.as_ref().map_or(SVector::zeros(), |part| through_floor(part, &part.whitened));
-            let above = epipolar.as_ref().map_or(SVector::zeros(), |part| {
-                let edge = floor.as_ref().map_or(SVector::zeros(), |f| through_floor(f, &part.edge.gradient));
-                edge - essential_by_step.tr_mul(&part.by_essential) * (part.normalised / part.std)
+            let nothing = (SMatrix::zeros(), SVector::zeros());
+            let (on_information, on_score) =
+                floor.as_ref().map_or(nothing, |part| through_floor(part, &part.information, &part.whitened));
+            let (off_information, off_score) = epipolar.as_ref().map_or(nothing, |part| {
+                let Edge { gradient, information } = &part.edge;
+                let edge =
+                    floor.as_ref().map_or(nothing, |floor| through_floor(floor, information, gradient));
+                let jacobian = essential_by_step.tr_mul(&part.by_essential) / part.std;
+                (edge.0 + jacobian * jacobian.transpose(), edge.1 - jacobian * part.normalised)
             });
-            let mean = on_floor * membership.floor + above * membership.upright;
-            missing += on_floor * on_floor.transpose() * membership.floor
-                + above * above.transpose() * membership.upright
-                - mean * mean.transpose();
-        }
-        missing
+            let score = on_score * on + off_score * off;
+            let missing = on_score * on_score.transpose() * on + off_score * off_score.transpose() * off
+                - score * score.transpose();
+            Some(Part { information: on_information * on + off_information * off - missing, score })
+        })
     }
 
     /// A pass with posteriors.
