@@ -23,6 +23,7 @@ fn sums(noise: f64) -> [Association; 3] {
 #[test]
 fn corners_find_their_landmarks_among_people() {
     let mut table = String::from("noise  by      wrong %  of  missed %  of  map  seen  carried  of\n");
+    let mut gained = Vec::new();
     let mut by_floor = Vec::new();
     for noise in [1.0, 3.0] {
         let [map, floor, free] = sums(noise);
@@ -33,13 +34,17 @@ fn corners_find_their_landmarks_among_people() {
             writeln!(table, "{noise}×     {name:6} {wrong:8.2} {updates:4} {missed:8.1} {expected:4} {landmarks:4} {seen:5} {carried:8} {frames:4}").unwrap();
         }
         assert!(free.missed > floor.missed, "the corridor's homography is seldom the floor's\n{table}");
+        gained.push(map.missed_share() - floor.missed_share());
         by_floor.push(floor);
     }
     println!("{table}");
     for floor in &by_floor {
-        // The target is 0.5 %: a handful of updates in a table of hundreds decide, and it is not met at both noises.
-        assert!(floor.wrong_share() <= 0.01, "{table}");
+        assert!(floor.wrong_share() <= 0.005, "{table}");
         assert!(floor.missed_share() <= 0.10, "{table}");
         assert!((floor.map_ratio() - 1.0).abs() <= 0.05, "{table}");
     }
+    assert!(
+        gained[0] > 0.0 && gained[1] > 2.0 * gained[0],
+        "pixels gain more the worse the wheels are: {gained:?}\n{table}"
+    );
 }
