@@ -115,7 +115,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             }
             report.inflated += u32::from(outcome.inflation > T::one());
         }
-        self.keep_up(&mut report);
+        self.keep_up(outcomes, &mut report);
         Ok(report)
     }
 
