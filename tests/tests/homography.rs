@@ -131,6 +131,33 @@ fn covariance_is_consistent_over_noise_outliers_and_scalars() {
 }
 
 #[test]
+fn noise_that_is_not_as_stated_is_estimated() {
+    let mut table = String::from("noise/stated  NEES(8)  variance factor\n");
+    // Noise twice as large as stated is found, but not its effect on the covariance to the last eighth.
+    for (ratio, highest) in [(0.5, 8.5), (1.0, 8.5), (2.0, 9.2)] {
+        let (mut sum, mut factor, trials) = (0.0, 0.0, 400);
+        for trial in 0..trials {
+            let mut noise = Noise::new(700_000 + trial);
+            let mut problem = problem(&mut noise, 100, 50, 0.5);
+            for pair in &mut problem.matches {
+                (pair.from_cov, pair.to_cov) =
+                    (pair.from_cov / (ratio * ratio), pair.to_cov / (ratio * ratio));
+            }
+            let config = HomographyConfig { scale_noise: true, ..HomographyConfig::default() };
+            let mut posteriors = vec![0.0; problem.matches.len()];
+            let found =
+                estimate_homography(&config, &problem.matches, &mut posteriors).expect("half are right");
+            sum += nees(&found.homography, &problem.truth);
+            factor += found.variance_factor / (ratio * ratio);
+        }
+        let (mean, factor) = (sum / trials as f64, factor / trials as f64);
+        writeln!(table, "{ratio:12} {mean:8.2} {factor:10.3}").expect("a string");
+        assert!((7.5..highest).contains(&mean) && (factor - 1.0).abs() < 0.02, "{table}");
+    }
+    println!("{table}");
+}
+
+#[test]
 fn four_to_eight_matches_give_an_honest_covariance() {
     let mut table = String::from("matches  NEES(8)  solved of 400\n");
     for count in 4..=8 {

@@ -29,7 +29,14 @@ pub(super) struct NormalEquations<T> {
     pub(super) mass: T,
     /// Σ w d.
     pub(super) chi2: T,
+    /// Σ w and Σ w d of the matches with d below [`CORE_DISTANCE2`].
+    pub(super) core: [T; 2],
 }
+
+/// Below this d a match belongs to the core, by whose scatter the noise is judged: χ²₂ has 86 % of its mass there.
+pub(super) const CORE_DISTANCE2: f64 = 4.0;
+/// Mean of d in the core when the covariances are right: (2 − (2 + c) e^(−c/2))/(1 − e^(−c/2)) at c = 4.
+pub(super) const CORE_MEAN: f64 = 1.373_929_429_001_337;
 
 /// Beyond this d a match has no weight and costs no second look: e^(−25) of a density of 10⁵ is nothing.
 pub(super) const MAX_DISTANCE2: f64 = 50.0;
@@ -96,6 +103,7 @@ pub(super) fn normal_equations<T: Real>(
     let (half, none) = (T::lit(0.5), T::lit(1e-6));
     let mut sums = Sums::default();
     let (mut score, mut mass, mut chi2) = (T::zero(), T::zero(), T::zero());
+    let mut core = [T::zero(); 2];
     for (index, pair) in matches.iter().enumerate() {
         keep(index, T::zero());
         let (x, y) = (from.apply(pair.from), to.apply(pair.to));
@@ -125,6 +133,11 @@ pub(super) fn normal_equations<T: Real>(
         score += gain;
         mass += weight;
         chi2 += weight * distance2;
+        if distance2 < T::lit(CORE_DISTANCE2) {
+            let [core_mass, core_chi2] = &mut core;
+            *core_mass += weight;
+            *core_chi2 += weight * distance2;
+        }
         sums.add(
             (corrected, T::one() / seen.third),
             seen.point,
@@ -133,7 +146,7 @@ pub(super) fn normal_equations<T: Real>(
         );
     }
     let (hessian, gradient) = sums.assemble();
-    NormalEquations { hessian, gradient, score, mass, chi2 }
+    NormalEquations { hessian, gradient, score, mass, chi2, core }
 }
 
 /// The distinct sums of JᵀS⁻¹J and JᵀS⁻¹r: J has the rows (p, 0, −u p)/w and (0, p, −v p)/w with p = (x, y, 1), so

@@ -1,7 +1,7 @@
 //! Levenberg–Marquardt on the mixture likelihood, for any parametrisation of M.
 use super::Match;
 use super::estimate::{elements, matrix_of};
-use super::normal_equations::{Mixture, NormalEquations, normal_equations};
+use super::normal_equations::{CORE_MEAN, Mixture, NormalEquations, normal_equations};
 use crate::Real;
 use nalgebra::{Matrix3, SMatrix, SVector};
 
@@ -100,7 +100,9 @@ pub(super) fn refine<T: Real, M: Family<T, P>, const P: usize>(
         let tried = normal_equations(&moved.matrix(), matches, &mixture, &mut keep);
         // The score of a sum of hundreds of matches is only as exact as the scalar.
         let slack = (T::one() + sums.score.abs()) * T::default_epsilon() * T::lit(16.0);
-        if tried.score + slack < sums.score {
+        // At the top the noise is still to be found, whatever the last bits of the score say.
+        let at_top = effort.scale_noise && decrement < T::lit(1e-4);
+        if tried.score + slack < sums.score && !at_top {
             stale = true;
             damping = if damping > T::zero() { damping * T::lit(10.0) } else { T::lit(1e-2) };
             if damping > T::lit(1e4) {
@@ -117,11 +119,15 @@ pub(super) fn refine<T: Real, M: Family<T, P>, const P: usize>(
         let (lowest, highest) = (T::lit(0.05), T::lit(0.98));
         mixture.share = (sums.mass / count).max(lowest).min(highest);
         if effort.scale_noise {
-            let factor = mixture.variance_factor * variance_factor::<T, P>(&sums);
+            let factor = mixture.variance_factor * core_factor::<T, P>(&sums);
             mixture.variance_factor = factor.max(T::lit(0.01)).min(T::lit(100.0));
         }
         let settled = (before.variance_factor / mixture.variance_factor - T::one()).abs() < T::lit(0.01);
-        stale = !settled || (before.share - mixture.share).abs() > T::lit(0.05);
+        if !settled {
+            // Scores under different noise do not compare.
+            sums = normal_equations(&model.matrix(), matches, &mixture, &mut keep);
+        }
+        stale = settled && (before.share - mixture.share).abs() > T::lit(0.05);
         if decrement < T::lit(1e-4) && settled {
             break;
         }
@@ -153,4 +159,13 @@ pub(super) fn variance_factor<T: Real, const P: usize>(sums: &NormalEquations<T>
     let freedom = sums.mass * T::lit(2.0) - T::lit(P as f64);
     let enough = freedom > T::one() && sums.chi2 > T::zero();
     if enough { (sums.chi2 / freedom).max(T::lit(0.01)).min(T::lit(100.0)) } else { T::one() }
+}
+
+/// How much larger the residuals of the core are than the covariances say. Matches beside the plane are no noise of
+/// those on it: by all residuals the variance would grow until it takes them in, and they would pull.
+fn core_factor<T: Real, const P: usize>(sums: &NormalEquations<T>) -> T {
+    let [mass, chi2] = sums.core;
+    let freedom = sums.mass * T::lit(2.0) - T::lit(P as f64);
+    let enough = freedom > T::one() && chi2 > T::zero();
+    if enough { chi2 / (mass * T::lit(CORE_MEAN)) * (sums.mass * T::lit(2.0) / freedom) } else { T::one() }
 }

@@ -70,7 +70,9 @@ pub fn estimate_homography<T: Real>(
     posteriors.fill(T::zero());
     let problem = Problem::new(matches, posteriors.len())?;
     let (matrix, samples) = problem.search(config)?;
-    let effort = Effort { iterations: 10, scale_noise: config.scale_noise };
+    // From the core outwards the noise grows by half in a step at most, and settles slowly.
+    let iterations = if config.scale_noise { 40 } else { 10 };
+    let effort = Effort { iterations, scale_noise: config.scale_noise };
     let keep = |index: usize, weight| {
         if let Some(posterior) = posteriors.get_mut(index) {
             *posterior = weight;
@@ -157,11 +159,17 @@ impl<'a, T: Real> Problem<'a, T> {
                 continue;
             }
             let score = if stride > 1 { scorer.score(self.matches, 1) } else { preview };
+            // Where the noise is not known a sample's own score says less: one that comes near is optimised, too.
+            let near = if config.scale_noise { best_score * T::lit(0.7) } else { best_score };
+            let promising = score > near;
+            if !promising {
+                continue;
+            }
+            let (matrix, score) = self.optimise(matrix, score);
             let better = score > best_score;
             if !better {
                 continue;
             }
-            let (matrix, score) = self.optimise(matrix, score);
             let scorer = self.scorer(&matrix);
             (best, best_score, best_preview) = (Some(matrix), score, scorer.score(self.matches, stride));
             let share = scorer.support(self.matches) / T::lit(count as f64);
@@ -264,7 +272,8 @@ impl<T: Real> Scorer<T> {
     }
 
     fn support(&self, matches: &[Match<T>]) -> T {
-        let limit = self.log_odds / self.half_information;
+        // 99 % of the right matches, and few of those beside the plane, which no sample of right ones explains.
+        let limit = self.log_odds.min(T::lit(4.605)) / self.half_information;
         let supports = |pair: &&Match<T>| self.distance2(pair) < limit;
         T::lit(matches.iter().filter(supports).count() as f64)
     }
