@@ -183,6 +183,9 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         let mut outcome = self.absorb(&absorbed, pending);
         outcome.landmark = Some(landmark.id);
         if outcome.decision == Decision::Update {
+            if self.config.covariance == Covariance::Packed {
+                packed::cover_rounding(&mut self.parts().p, landmark.offset, landmark.form.len());
+            }
             let time = self.time;
             let record = &mut self.landmarks_mut()[slot];
             record.seen = record.seen.saturating_add(1);
