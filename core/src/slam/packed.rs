@@ -145,10 +145,10 @@ fn add4<T: Real>(upper: &mut [T], lower: &mut [T], [above, below]: [[T; 4]; 2], 
 ///
 /// Every pass rounds every entry of P to half an ε of itself, and a step below that is lost altogether. A landmark that
 /// is seen for ever is known ever better with respect to the others, while its variance in the world, where the entries are,
-/// stays: in `f32` the difference drowns after 100,000 updates, and P is indefinite before 200,000. The errors grow
-/// with the matrix; n/64 is what keeps P positive with 20 and with 60 landmarks of a millimetre, each in every frame,
-/// over 50,000 frames (`cargo test -p monorange-tests --release --test slam_limits`). It is a process noise of 8e-8 m² a
-/// sighting for a landmark known to 1 m in a map of 20. In `f64` nothing is seen of it.
+/// stays: in `f32` the difference drowns after 100,000 updates, and P is indefinite before 200,000 where landmarks are seen
+/// to a millimetre. The errors grow with the matrix: over 50,000 frames that see every landmark, half an ε a sighting kept P
+/// positive with 20 landmarks, and with 60 it took two. It is a process noise, of 8e-8 m² a sighting for a landmark known to
+/// 1 m in a map of 20; of `f64` nothing is seen. `cargo test -p monorange-tests --release --test slam_limits` is the check.
 pub(super) fn cover_rounding<T: Real>(p: &mut Triangle<'_, T>, offset: usize, count: usize) {
     let share = T::default_epsilon() * T::lit(p.size as f64 / 64.0);
     for at in offset..offset + count {
