@@ -64,7 +64,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     pub(super) fn pair(
         &mut self,
         features: &[Feature<T>],
-        may_be: &impl Fn(usize, &Landmark<T>) -> bool,
+        may_be: &dyn Fn(usize, &Landmark<T>) -> bool,
         finder: Option<&RangeFinder<T>>,
         outcomes: &mut [Outcome<T>],
         report: &mut MapReport,
@@ -81,7 +81,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         &mut self,
         named: bool,
         features: &[Feature<T>],
-        may_be: &impl Fn(usize, &Landmark<T>) -> bool,
+        may_be: &dyn Fn(usize, &Landmark<T>) -> bool,
         finder: Option<&RangeFinder<T>>,
         outcomes: &mut [Outcome<T>],
         report: &mut MapReport,
@@ -100,6 +100,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             exclusive_nearest(&mut candidates);
         } else {
             self.choose(features, &mut candidates, finder, report);
+            self.set_free_beside_the_taken(features, &mut candidates, may_be, finder, outcomes);
         }
         let mut pending = Pending::default();
         for pair in &candidates {
@@ -125,6 +126,49 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         self.filter.finish(pending);
     }
 
+    /// A landmark is seen once in a frame: a measurement that is gated by landmarks which others of the frame are of, and
+    /// that differs from those others by more than the noise of the two, is of another landmark. The pose is common
+    /// to both and does not blur the difference, so that landmarks are told apart here which are within each other's gates.
+    fn set_free_beside_the_taken(
+        &self,
+        features: &[Feature<T>],
+        candidates: &mut heapless::Vec<Candidate<T>, MAX_CANDIDATES>,
+        may_be: &dyn Fn(usize, &Landmark<T>) -> bool,
+        finder: Option<&RangeFinder<T>>,
+        outcomes: &mut [Outcome<T>],
+    ) {
+        for (index, feature) in features.iter().enumerate() {
+            let id = |slot: usize| self.filter.landmarks().get(slot).map(|landmark| landmark.id);
+            // What others are of that are not this one seen double.
+            let other = |(by, outcome): (usize, &Outcome<T>)| {
+                let pair = candidates.iter().find(|pair| pair.observation == by);
+                let named = outcome.landmark.filter(|_| outcome.decision.is_update());
+                let of = pair.and_then(|pair| id(pair.landmark)).or(named)?;
+                let nis = self.filter.difference_nis(&feature.measurement, &features.get(by)?.measurement)?;
+                (nis > self.config.match_nis[1]).then_some(of)
+            };
+            let paired = candidates.iter().any(|pair| pair.observation == index);
+            let gated = outcomes.get(index).is_some_and(|outcome| outcome.decision == Decision::Gated);
+            if paired || !gated {
+                continue;
+            }
+            let taken: heapless::Vec<u32, MAX_FEATURES> =
+                outcomes.iter().enumerate().filter_map(other).take(MAX_FEATURES).collect();
+            let Some(outcome) = outcomes.get_mut(index) else { continue };
+            if !outcome.landmark.is_some_and(|nearest| taken.contains(&nearest)) {
+                continue;
+            }
+            let free = |index: usize, landmark: &Landmark<T>| {
+                !taken.contains(&landmark.id) && may_be(index, landmark)
+            };
+            let chosen = candidates.len();
+            *outcome = Outcome { decision: Decision::Birth, ..Outcome::default() };
+            let mut unused = MapReport::default();
+            self.candidates(index, feature, &free, finder, outcome, candidates, &mut unused);
+            candidates.truncate(chosen);
+        }
+    }
+
     fn linearise(
         &self,
         slot: usize,
@@ -142,7 +186,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         &self,
         index: usize,
         feature: &Feature<T>,
-        may_be: &impl Fn(usize, &Landmark<T>) -> bool,
+        may_be: &dyn Fn(usize, &Landmark<T>) -> bool,
         finder: Option<&RangeFinder<T>>,
         outcome: &mut Outcome<T>,
         candidates: &mut heapless::Vec<Candidate<T>, MAX_CANDIDATES>,
@@ -160,8 +204,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         for (slot, landmark) in self.filter.landmarks().iter().enumerate() {
             let named = feature.hint == Hint::Landmark(landmark.id);
             let excluded = matches!(feature.hint, Hint::Landmark(_)) && !named;
-            let taken = landmark.last_frame == self.frame; // by a measurement that names it
-            if excluded || taken || !may_be(index, landmark) {
+            if excluded || !may_be(index, landmark) {
                 continue;
             }
             let now = self.filter.relative_at(landmark, heading);
@@ -197,7 +240,8 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                     ..Outcome::default()
                 };
             }
-            if nis <= match_nis || named {
+            let taken = landmark.last_frame == self.frame; // by a measurement that names it
+            if (nis <= match_nis || named) && !taken {
                 let likelihood = nis + T::lit(2.0) * (l11 * l22).ln();
                 let cost = likelihood + offset(&linear, landmark.form, self.config.density);
                 let pair = Candidate { observation: index, landmark: slot, cost, dof };
