@@ -24,7 +24,8 @@ fn table_2_is_mostly_the_mount() {
 
 #[test]
 fn figures_6_and_7_are_surpassed() {
-    let drives = corridor::drives(2, || ()).expect("valid settings");
+    // The paper's association loses its way in some drives and not in others: two would leave the mean to chance.
+    let drives = corridor::drives(5, || ()).expect("valid settings");
     let (map, poses) =
         (corridor::figure6(&drives).expect("drives"), corridor::figure7(&drives).expect("drives"));
     let ate = |method: &str| cell(&poses, 0, method, "ATE rms cm");

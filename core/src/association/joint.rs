@@ -119,13 +119,14 @@ pub struct JointResult {
 ///
 /// `candidates` must be grouped by measurement, the surest measurements first; those beyond
 /// [`MAX_JOINT_CANDIDATES`] are not looked at. A pair is ambiguous when a set without
-/// it, which pairs some measurement otherwise, costs less than `ambiguity` more; and so are the pairs that are not that
-/// much cheaper than a new landmark each by itself, unless together they make the set cheaper by `ambiguity`.
+/// it, which pairs some measurement otherwise, costs less than `ambiguity` more; and so are the pairs that are not cheaper
+/// than a new landmark by `caution` each by itself, unless together they make the set cheaper by `ambiguity`.
 pub fn joint_compatibility<T: Real>(
     candidates: &[Candidate<T>],
     correlated: &impl Correlated<T>,
     nodes: usize,
     ambiguity: T,
+    caution: T,
 ) -> JointResult {
     let mut search = Search {
         candidates,
@@ -151,7 +152,7 @@ pub fn joint_compatibility<T: Real>(
             search.doubt_all_with_rivals();
         }
     }
-    search.keep_the_sure_unless_the_rest_agrees(ambiguity);
+    search.keep_the_sure_unless_the_rest_agrees(ambiguity, caution);
     let pairs = search.best.iter().zip(search.rivalled);
     let chosen =
         pairs.filter(|(_, rivalled)| !rivalled).map(|(index, _)| *index).collect::<heapless::Vec<_, _>>();
@@ -264,11 +265,11 @@ impl<T: Real, C: Correlated<T>> Search<'_, T, C> {
         }
     }
 
-    /// Pairs that are not likelier than a new landmark by the margin when looked at alone need the others' word: all of them
+    /// Pairs that are not likelier than a new landmark by `caution` when looked at alone need the others' word: all of them
     /// together must make the set likelier by the margin, or they go.
-    fn keep_the_sure_unless_the_rest_agrees(&mut self, margin: T) {
+    fn keep_the_sure_unless_the_rest_agrees(&mut self, margin: T, caution: T) {
         let (best, candidates) = (self.best.clone(), self.candidates);
-        let sure = |index: &usize| candidates.get(*index).is_some_and(|pair| pair.cost < -margin);
+        let sure = |index: &usize| candidates.get(*index).is_some_and(|pair| pair.cost < -caution);
         if best.iter().all(sure) {
             return;
         }
@@ -383,7 +384,7 @@ mod tests {
         // landmark 1 (−0.1), but then measurement 1, at 1.9, has only an error of 0.9 against landmark 1 to offer.
         let candidates = [pair(0, 1, 0.01), pair(0, 0, 0.81), pair(1, 1, 0.81)];
         let line = Line { innovations: [-0.1, 0.9, 0.9, 0.0], shared: 1.0, own: 0.001, offset: 0.0 };
-        let result = joint_compatibility(&candidates, &line, 100, 0.0);
+        let result = joint_compatibility(&candidates, &line, 100, 0.0, 0.0);
         assert_eq!(&result.chosen[..], &[1, 2]);
         assert!(!result.truncated);
         let mut nearest = heapless::Vec::from_slice(&candidates).unwrap();
@@ -395,15 +396,15 @@ mod tests {
     fn a_pair_that_does_not_fit_the_others_is_left_out() {
         let candidates = [pair(0, 0, 0.8), pair(1, 1, 0.8), pair(2, 2, 0.8)];
         let line = Line { innovations: [0.9, 0.9, -0.9, 0.0], shared: 1.0, own: 0.001, offset: -1.0 };
-        assert_eq!(&joint_compatibility(&candidates, &line, 100, 0.0).chosen[..], &[0, 1]);
+        assert_eq!(&joint_compatibility(&candidates, &line, 100, 0.0, 0.0).chosen[..], &[0, 1]);
     }
 
     #[test]
     fn a_single_pair_that_anything_would_have_fitted_is_left_out_and_two_that_agree_are_not() {
         let line = Line { innovations: [0.3, 0.3, 0.0, 0.0], shared: 4.0, own: 0.001, offset: 0.0 };
-        assert!(joint_compatibility(&[pair(0, 0, 0.0)], &line, 100, 0.0).chosen.is_empty());
+        assert!(joint_compatibility(&[pair(0, 0, 0.0)], &line, 100, 0.0, 0.0).chosen.is_empty());
         let both = [pair(0, 0, 0.0), pair(1, 1, 0.0)];
-        assert_eq!(&joint_compatibility(&both, &line, 100, 0.0).chosen[..], &[0, 1]);
+        assert_eq!(&joint_compatibility(&both, &line, 100, 0.0, 0.0).chosen[..], &[0, 1]);
     }
 
     #[test]
@@ -411,17 +412,17 @@ mod tests {
         // Two measurements of landmarks 0 and 1, or of 1 and 2: the offsets differ by the same 0.4 m.
         let candidates = [pair(0, 0, 0.0), pair(0, 1, 0.0), pair(1, 1, 0.0), pair(1, 2, 0.0)];
         let line = Line { innovations: [0.2, -0.2, 0.2, -0.2], shared: 0.1, own: 0.001, offset: 0.0 };
-        let result = joint_compatibility(&candidates, &line, 100, 1.0);
+        let result = joint_compatibility(&candidates, &line, 100, 1.0, 0.0);
         assert_eq!((result.chosen.len(), result.ambiguous), (0, 2));
         let sure = Line { innovations: [0.0, -0.4, 0.0, -0.4], ..line };
-        assert_eq!(&joint_compatibility(&candidates, &sure, 100, 1.0).chosen[..], &[0, 2]);
+        assert_eq!(&joint_compatibility(&candidates, &sure, 100, 1.0, 0.0).chosen[..], &[0, 2]);
     }
 
     #[test]
     fn a_spent_budget_is_reported() {
         let candidates = [pair(0, 0, 0.8), pair(1, 1, 0.8), pair(2, 2, 0.8)];
         let line = Line { innovations: [0.9, 0.9, -0.9, 0.0], shared: 1.0, own: 0.001, offset: -1.0 };
-        let result = joint_compatibility(&candidates, &line, 2, 0.0);
+        let result = joint_compatibility(&candidates, &line, 2, 0.0, 0.0);
         assert!(result.truncated);
         assert_eq!(&result.chosen[..], &[0, 1]);
     }

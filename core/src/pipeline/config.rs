@@ -67,7 +67,7 @@ impl Config {
             filter: FilterConfig::default(),
             carrier: Carrier::default(),
             // In a corridor of 66 m by 2 m the extractor finds some 110 corners, and each picture shows half of those in view.
-            map: MapConfig { density: 0.3, ..MapConfig::default() },
+            map: MapConfig { density: 0.3, caution: 6.0, ..MapConfig::default() },
             motion: MotionNoise::default(),
             extract: ExtractConfig::default(),
         }

@@ -49,10 +49,12 @@ pub struct MapConfig<T> {
     pub view: View<T>,
     /// Nodes of the joint search.
     pub joint_nodes: usize,
-    /// A pair is left out when another explanation of the frame is less than this much dearer, a new landmark among them, and
-    /// two landmarks that may as well be two are not merged: 2 ln of the ratio of likelihoods. At 6 it is twenty times less
-    /// likely.
+    /// A pair is left out when another explanation of the frame is less than this much dearer: 2 ln of the ratio of
+    /// likelihoods. At 6 it is twenty times less likely.
     pub ambiguity: T,
+    /// As much cheaper than a new landmark, in the same unit, a pair or a merger must be to count without the word of others.
+    /// 0 is what is likelier; more is safer where the drift until a loop closes reaches the next corner, and closes later.
+    pub caution: T,
     /// Landmarks a square metre that are not in the map yet, where the robot goes: what a pair is weighed against.
     pub density: T,
 }
@@ -72,6 +74,7 @@ impl<T: Real> Default for MapConfig<T> {
             view: View { near: T::zero(), far: T::lit(5.0), half_angle: T::pi() },
             joint_nodes: 256,
             ambiguity: T::lit(6.0),
+            caution: T::zero(),
             density: T::lit(0.01),
         }
     }

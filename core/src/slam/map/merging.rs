@@ -3,7 +3,7 @@
 //! Two points are one when they are as close as their joint covariance has it, and so surely that there is no room for
 //! another landmark: they go through the same search as a frame's measurements, all pairs together. Where the drift since
 //! the older ones were seen is large no pair is sure by itself, anything would have fitted; several that agree are.
-use super::{Map, MapReport};
+use super::{Map, MapConfig, MapReport};
 use crate::Real;
 use crate::association::{
     Candidate, Correlated, MAX_JOINT_CANDIDATES, MAX_PAIRS, cholesky, forward, joint_compatibility,
@@ -12,7 +12,7 @@ use crate::association::{
 use crate::slam::landmark::{Form, Landmark, Status};
 use crate::slam::model::{Row, Rows};
 use crate::slam::packed;
-use crate::slam::update::{Absorbed, Pending};
+use crate::slam::update::{Absorbed, Decision, Outcome, Pending};
 use nalgebra::{Matrix2, Vector2};
 
 /// A landmark that is seen and one nearby that is not.
@@ -53,8 +53,8 @@ impl<T: Real, F: Fn(usize, usize) -> T> Correlated<T> for Pairs<'_, T, F> {
 
 impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landmark<T>]>> Map<T, S, L> {
     /// Makes one of every landmark seen in this frame and its duplicate.
-    pub(super) fn merge_duplicates(&mut self, report: &mut MapReport) {
-        let mut candidates = self.near_unseen_ones();
+    pub(super) fn merge_duplicates(&mut self, outcomes: &[Outcome<T>], report: &mut MapReport) {
+        let mut candidates = self.near_unseen_ones(outcomes);
         if candidates.is_empty() {
             return;
         }
@@ -67,8 +67,8 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             noise: self.merge_noise(),
             offset: self.merge_offset(),
         };
-        let found =
-            joint_compatibility(&candidates, &correlated, self.config.joint_nodes, self.config.ambiguity);
+        let MapConfig { joint_nodes, ambiguity, caution, .. } = self.config;
+        let found = joint_compatibility(&candidates, &correlated, joint_nodes, ambiguity, caution);
         let id = |slot: usize| self.filter.landmarks().get(slot).map(|landmark| landmark.id);
         let ids: heapless::Vec<_, MAX_PAIRS> = found
             .chosen
@@ -80,12 +80,18 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     }
 
     /// Pairs of a landmark seen in this frame and one that should have been and was not, in each other's gate.
-    fn near_unseen_ones(&self) -> heapless::Vec<Candidate<T>, MAX_JOINT_CANDIDATES> {
+    fn near_unseen_ones(&self, outcomes: &[Outcome<T>]) -> heapless::Vec<Candidate<T>, MAX_JOINT_CANDIDATES> {
+        // A measurement that is nobody's may be of the landmark that it is nearest to.
+        let unseen = |landmark: &Landmark<T>| {
+            let gated =
+                |one: &Outcome<T>| one.decision == Decision::Gated && one.landmark == Some(landmark.id);
+            landmark.missed >= self.config.merge_missed && !outcomes.iter().any(gated)
+        };
         let mut near = heapless::Vec::new();
         let points = || self.filter.landmarks().iter().enumerate().filter(|(_, one)| one.form == Form::Point);
         let [_, gate] = self.config.match_nis;
         for (seen, _) in points().filter(|(_, landmark)| landmark.last_frame == self.frame) {
-            for (unseen, _) in points().filter(|(_, landmark)| landmark.missed >= self.config.merge_missed) {
+            for (unseen, _) in points().filter(|(_, landmark)| unseen(landmark)) {
                 let Some(Pair { difference, rows }) = self.pair_of(seen, unseen) else { continue };
                 if difference.norm() > self.config.merge_distance {
                     continue;

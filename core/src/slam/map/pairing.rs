@@ -1,5 +1,5 @@
 //! Candidates, pairing and update of a frame: which measurement is of which landmark.
-use super::{Feature, Hint, MAX_FEATURES, Map, MapReport, Pairing};
+use super::{Feature, Hint, MAX_FEATURES, Map, MapConfig, MapReport, Pairing};
 use crate::Real;
 use crate::association::{
     Candidate, Correlated, MAX_CANDIDATES, MAX_JOINT_CANDIDATES, MAX_PAIRS, cholesky, exclusive_nearest,
@@ -263,7 +263,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         let small = measured <= MAX_PAIRS && candidates.len() <= MAX_JOINT_CANDIDATES;
         if self.config.pairing == Pairing::Nearest || candidates.len() < 2 || !small {
             report.search_truncated |= self.config.pairing == Pairing::Joint && !small;
-            candidates.retain(|pair| pair.cost < -self.config.ambiguity); // surely no new landmark
+            candidates.retain(|pair| pair.cost < -self.config.caution); // surely no new landmark
             return exclusive_nearest(candidates);
         }
         sort_for_search(candidates);
@@ -272,8 +272,8 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         };
         let covariance_at = |row, column| self.filter.covariance_at(row, column);
         let correlated = Pairs { pairs: &pairs, covariance_at };
-        let result =
-            joint_compatibility(candidates, &correlated, self.config.joint_nodes, self.config.ambiguity);
+        let MapConfig { joint_nodes, ambiguity, caution, .. } = self.config;
+        let result = joint_compatibility(candidates, &correlated, joint_nodes, ambiguity, caution);
         report.ambiguous += result.ambiguous as u32;
         report.search_truncated |= result.truncated;
         let mut index = 0..;

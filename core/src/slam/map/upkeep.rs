@@ -65,14 +65,11 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
 
     pub(super) fn keep_up(&mut self, outcomes: &[Outcome<T>], report: &mut MapReport) {
         let (frame, config) = (self.frame, self.config);
-        // A measurement that is nobody's may be of the landmark that it is nearest to.
-        let perhaps_seen =
-            |id: u32| outcomes.iter().any(|one| one.decision == Decision::Gated && one.landmark == Some(id));
         for landmark in self.filter.landmarks_mut() {
             if landmark.last_frame == frame {
                 landmark.missed = 0;
                 landmark.expected = landmark.expected.max(1) + u32::from(landmark.seen > 1);
-            } else if landmark.in_view && !perhaps_seen(landmark.id) {
+            } else if landmark.in_view {
                 landmark.missed = landmark.missed.saturating_add(1);
                 landmark.expected = landmark.expected.saturating_add(1);
             }
@@ -95,7 +92,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             report.deleted += 1;
         }
         if config.merge_distance > T::zero() {
-            self.merge_duplicates(report);
+            self.merge_duplicates(outcomes, report);
         }
     }
 
