@@ -2,7 +2,8 @@
 use monorange_core::Real;
 use monorange_core::geometry::{Camera, Distortion, Mount, Pose, RangeFinder};
 use monorange_core::homography::{
-    GroundMotion, GroundMotionConfig, Match, MotionModel, Track, ground_motion,
+    GroundMotion, GroundMotionConfig, Match, MotionModel, MotionPrior, OdometryConfig, Track, VisualOdometry,
+    ground_motion,
 };
 use monorange_tests::Noise;
 use nalgebra::{Matrix2, Vector2, Vector3};
@@ -176,5 +177,29 @@ fn a_mount_that_is_off_moves_the_step_as_its_derivative_says() {
         let slope = (moved(index, size) - moved(index, -size)) / (2.0 * size);
         assert!((column - slope).norm() < 0.05 * slope.norm(), "{index}: {column} {slope}");
         assert!((single.column(index) - column).norm() < 0.02 * column.norm(), "{index}: {single} {column}");
+    }
+}
+
+#[test]
+fn a_mount_that_is_off_makes_wheels_and_pictures_differ_as_the_derivative_says() {
+    let arc = Vector2::new(0.2_f64, 0.05);
+    let truth = Pose::new(arc.x * arc.y.sin() / arc.y, arc.x * (1.0 - arc.y.cos()) / arc.y, arc.y);
+    let matches = corridor(&mut Noise::new(11), &finder(), &truth, [100, 60, 20], 0.05);
+    // Wheels that are right, and believed so little that the pictures alone make the step.
+    let wheels = MotionPrior { arc, covariance: Matrix2::identity() };
+    let config = OdometryConfig { keyframe_path: 0.1, ..OdometryConfig::default() };
+    let differ = |index: usize, error: f64| {
+        let mut parameters = finder::<f64>().mount().parameters();
+        parameters[index] -= error;
+        let finder = RangeFinder::new(*finder::<f64>().camera(), Mount::new(parameters).expect("a mount"));
+        let mut tracks = vec![Track::default(); matches.len()];
+        let report = VisualOdometry::new().step(&config, &finder, &matches, 0.1, Some(&wheels), &mut tracks);
+        report.disagreement.expect("a keyframe's end")
+    };
+    for index in 0..4 {
+        let size = 2e-3;
+        let found = (differ(index, size).arc - differ(index, -size).arc) / (2.0 * size);
+        let expected = differ(index, 0.0).by_mount.column(index).into_owned();
+        assert!((found - expected).norm() < 0.05 * expected.norm().max(0.02), "{index}: {found} {expected}");
     }
 }

@@ -5,7 +5,7 @@ use monorange_core::slam::{
     Covariance, Decision, Filter, FilterConfig, Increment, Integration, Landmark, Measurement, Observation,
     Outcome, Variant, arc_rotation, states_for, storage_len,
 };
-use nalgebra::{DMatrix, DVector, Matrix2, Matrix3, Matrix3x4, Vector2};
+use nalgebra::{DMatrix, DVector, Matrix2, Matrix2x4, Matrix3, Matrix3x4, Vector2};
 
 type TestFilter<T> = Filter<T, Vec<T>, Vec<Landmark<T>>>;
 
@@ -180,6 +180,38 @@ fn a_step_that_the_camera_saw_takes_the_errors_of_its_mount_along() {
             filter.birth(f64::from(id), id, &sighting(2.0 + f64::from(id), 0.3)).unwrap();
         }
     }
+}
+
+#[test]
+fn a_measurement_of_the_mount_corrects_all_that_hangs_on_it() {
+    let (difference, noise) = (Vector2::new(0.004, -0.003), Matrix2::new(2e-5, 3e-6, 3e-6, 1e-5));
+    let by_mount = Matrix2x4::new(0.9, -0.2, 0.1, 0.3, 0.05, 0.4, -0.6, 0.2);
+    for covariance in [Covariance::Packed, Covariance::Factored] {
+        let mount_std = Some([0.01, 0.005, 0.004, 0.006]);
+        let config =
+            FilterConfig { covariance, mount_std, variant: Variant::Textbook, ..FilterConfig::default() };
+        let mut filter = filter(1, config);
+        let step = Increment::from_velocity(1.0, 0.3, 0.5, &noise, Integration::Arc);
+        filter.predict_seen(1.0, &step, &Matrix3x4::from_element(0.3)).unwrap();
+        filter.birth(1.0, 0, &sighting(2.0, 0.3)).unwrap();
+        let (x, p) = dense(&filter);
+        let outcome = filter.update_mount(&difference, &noise, &by_mount).unwrap();
+        assert_eq!(outcome.decision, Decision::Update);
+        let mut h = DMatrix::zeros(2, x.len());
+        h.view_mut((0, 3), (2, 4)).copy_from(&by_mount);
+        let gain = &p * h.transpose() * (&h * &p * h.transpose() + noise).try_inverse().unwrap();
+        let (moved, found) = dense(&filter);
+        // The mount's states were zero: the difference is its own innovation.
+        assert!((moved - (x + &gain * difference)).amax() < 1e-12, "{covariance:?}");
+        assert!((found - (&p - &gain * &h * &p)).amax() < 1e-12, "{covariance:?}");
+    }
+    let mut exact = filter::<f64>(1, FilterConfig::default());
+    let before = dense(&exact);
+    let outcome = exact.update_mount(&difference, &noise, &by_mount).unwrap();
+    assert_eq!((outcome.decision, dense(&exact)), (Decision::Rejected, before.clone()));
+    assert!(exact.update_mount(&Vector2::new(f64::NAN, 0.0), &noise, &by_mount).is_err());
+    assert!(exact.update_mount(&difference, &-noise, &by_mount).is_err());
+    assert_eq!(dense(&exact), before);
 }
 
 #[test]

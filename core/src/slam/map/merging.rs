@@ -53,6 +53,7 @@ impl<T: Real, F: Fn(usize, usize) -> T> Correlated<T> for Pairs<'_, T, F> {
 
 impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landmark<T>]>> Map<T, S, L> {
     /// Makes one of every landmark seen in this frame and its duplicate.
+    #[inline(never)] // as the pairing of measurements, whose lists are as long
     pub(super) fn merge_duplicates(&mut self, outcomes: &[Outcome<T>], report: &mut MapReport) {
         let mut candidates = self.near_unseen_ones(outcomes);
         if candidates.is_empty() {

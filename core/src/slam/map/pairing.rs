@@ -77,6 +77,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     }
 
     /// Pairs the measurements that have a name, or those that have none, and corrects the state by them.
+    #[inline(never)] // so that its lists leave the stack before duplicates are looked for
     fn pair_those(
         &mut self,
         named: bool,
