@@ -3,7 +3,7 @@ use heapless::Vec;
 use nalgebra::Vector2;
 
 /// Maxima that are followed up, of one kind and polarity.
-const MAX_PEAKS: usize = 32;
+const MAX_PEAKS: usize = 16;
 /// Angles of a pass, at most: half a turn in bins of two steps.
 const MAX_ANGLES: usize = 65;
 /// What a point adds to one angle: shared between the two nearest distances.
