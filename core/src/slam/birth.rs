@@ -302,6 +302,12 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         Some(Nearby { point, variance: covariance.trace() + T::lit(3.0) * (pose + heading) })
     }
 
+    /// The difference of two measurements made at once, squared and by their noise; `None` where one has no point.
+    pub(super) fn difference_nis(&self, a: &Measurement<T>, b: &Measurement<T>) -> Option<T> {
+        let (a, b) = (self.seed(a).ok()?, self.seed(b).ok()?);
+        crate::association::normalised_square(&(a.point - b.point), &(a.covariance + b.covariance))
+    }
+
     fn remove_states(&mut self, from: usize, length: usize) {
         let (form, size) = (self.config.covariance, self.size);
         let mut parts = self.parts();

@@ -350,16 +350,23 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     }
 }
 
+/// x += steps, keeping what rounding takes.
+pub(super) fn add_steps<T: Real>(x: &mut [T], rounding: &mut [T], steps: &[T]) {
+    for ((value, rounding), step) in x.iter_mut().zip(rounding).zip(steps) {
+        // Fast-two-sum needs no ordering this way round (Knuth's two-sum).
+        let (old, step) = (*value, *rounding + *step);
+        let new = old + step;
+        let virtual_step = new - old;
+        *rounding = (old - (new - virtual_step)) + (step - virtual_step);
+        *value = new;
+    }
+}
+
 impl<T: Real> Parts<'_, T> {
     /// x[index] += step, keeping what rounding takes.
     #[allow(clippy::indexing_slicing, reason = "index < size")]
     pub(super) fn add(&mut self, index: usize, step: T) {
-        // Fast-two-sum needs no ordering this way round (Knuth's two-sum).
-        let (old, step) = (self.x[index], self.rounding[index] + step);
-        let new = old + step;
-        let virtual_step = new - old;
-        self.rounding[index] = (old - (new - virtual_step)) + (step - virtual_step);
-        self.x[index] = new;
+        add_steps(&mut self.x[index..=index], &mut self.rounding[index..=index], &[step]);
     }
 
     #[allow(clippy::indexing_slicing, reason = "a filter has a robot")]

@@ -6,7 +6,8 @@
 //! 2. *Pairing*: each measurement and each landmark at most once, by joint compatibility or exclusive nearest.
 //! 3. *Update* of the pairs, all together.
 //! 4. *Births*: a measurement that is further than the birth threshold from every landmark starts a tentative one.
-//!    Between the two thresholds it does neither, and is reported as gated: a duplicate costs more than a miss.
+//!    Between the two thresholds it does neither, and is reported as gated: a duplicate costs more than a miss. A
+//!    landmark that another measurement of the frame is of does not count, unless both may be the same sighting.
 //! 5. *Upkeep*: a tentative landmark is confirmed at k sightings, and deleted when it was expected in m frames and
 //!    seen in fewer than k. A landmark that is expected in view and stays unseen while its neighbour within
 //!    `merge_distance` takes all its sightings is its duplicate: the two are made one, and the joint covariance

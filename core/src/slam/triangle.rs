@@ -88,6 +88,13 @@ impl<'a, T: Real> Triangle<'a, T> {
         &mut self.data[start..start + self.size - row]
     }
 
+    /// Columns `row..size` of a row, and `row + 1..size` of the next, which is empty below the last.
+    pub(super) fn two_rows_mut(&mut self, row: usize) -> [&mut [T]; 2] {
+        let (start, count) = (row_start(self.capacity, row), self.size - row);
+        let (upper, lower) = self.data[start..].split_at_mut(self.capacity - row);
+        [&mut upper[..count], &mut lower[..count - 1]]
+    }
+
     /// Columns 3..size of the robot's rows 0, 1 and 2.
     pub(super) fn robot_rows_mut(&mut self) -> [&mut [T]; 3] {
         let (size, capacity) = (self.size, self.capacity);

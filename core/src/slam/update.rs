@@ -16,7 +16,7 @@
 //! on where the origin is.
 #![allow(clippy::indexing_slicing, reason = "kernel: vectors have the filter's capacity, indices its size")]
 use super::factored;
-use super::filter::{BATCH, Covariance, Filter, Parts, Variant};
+use super::filter::{BATCH, Covariance, Filter, Parts, Variant, add_steps};
 use super::landmark::Landmark;
 use super::measurement::Measurement;
 use super::model::{Linearised, Row};
@@ -183,6 +183,9 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         let mut outcome = self.absorb(&absorbed, pending);
         outcome.landmark = Some(landmark.id);
         if outcome.decision == Decision::Update {
+            if self.config.covariance == Covariance::Packed {
+                packed::cover_rounding(&mut self.parts().p, landmark.offset, landmark.form.len());
+            }
             let time = self.time;
             let record = &mut self.landmarks_mut()[slot];
             record.seen = record.seen.saturating_add(1);
@@ -306,11 +309,8 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                 factored::reset(&mut p, vectors.lever, f, v);
             }
         }
-        let mut parts = Parts { x, rounding, first, work: &mut [], p };
-        for (index, step) in vectors.delta.iter().enumerate() {
-            parts.add(index, *step);
-        }
-        parts.wrap_heading();
+        add_steps(x, rounding, vectors.delta);
+        Parts { x, rounding, first, work: &mut [], p }.wrap_heading();
     }
 }
 

@@ -18,11 +18,11 @@ pub enum Variant {
 /// How the covariance is kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Covariance {
-    /// P itself, packed: the fastest. In `f32` with sensors of a millimetre good for 100,000 updates of landmarks that are
-    /// always in view; before 200,000 rounding has made it indefinite.
+    /// P itself, packed: the fastest. What `f32` rounds away is covered by as much noise on the landmarks that are seen,
+    /// so that a million updates of landmarks that are always in view, seen to a millimetre, leave it positive.
     #[default]
     Packed,
-    /// P = U D Uᵀ, packed: positive by construction, several times the work. For long runs in `f32`.
+    /// P = U D Uᵀ, packed: positive by construction, several times the work. For sensors finer than that.
     Factored,
 }
 

@@ -64,7 +64,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     pub(super) fn pair(
         &mut self,
         features: &[Feature<T>],
-        may_be: &impl Fn(usize, &Landmark<T>) -> bool,
+        may_be: &dyn Fn(usize, &Landmark<T>) -> bool,
         finder: Option<&RangeFinder<T>>,
         outcomes: &mut [Outcome<T>],
         report: &mut MapReport,
@@ -79,6 +79,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             self.candidates(index, feature, may_be, finder, outcome, &mut candidates, report);
         }
         self.choose(features, &mut candidates, finder, report);
+        self.set_free_beside_the_taken(features, &mut candidates, may_be, finder, outcomes);
         let mut pending = Pending::default();
         for pair in &candidates {
             let (Some(feature), Some(outcome)) =
@@ -103,6 +104,44 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         self.filter.finish(pending);
     }
 
+    /// A landmark is seen once in a frame: a measurement that is gated by landmarks which others of the frame are of, and
+    /// that differs from those others by more than the noise of the two, is of another landmark. The pose is common
+    /// to both and does not blur the difference, so that landmarks are told apart here which are within each other's gates.
+    fn set_free_beside_the_taken(
+        &self,
+        features: &[Feature<T>],
+        candidates: &mut heapless::Vec<Candidate<T>, MAX_CANDIDATES>,
+        may_be: &dyn Fn(usize, &Landmark<T>) -> bool,
+        finder: Option<&RangeFinder<T>>,
+        outcomes: &mut [Outcome<T>],
+    ) {
+        for (index, (feature, outcome)) in features.iter().zip(outcomes).enumerate() {
+            let paired = |pair: &Candidate<T>| pair.observation == index;
+            if outcome.decision != Decision::Gated || candidates.iter().any(paired) {
+                continue;
+            }
+            // What others are of that are not this one seen double.
+            let other = |pair: &Candidate<T>| {
+                let by = features.get(pair.observation)?;
+                let nis = self.filter.difference_nis(&feature.measurement, &by.measurement)?;
+                let id = self.filter.landmarks().get(pair.landmark)?.id;
+                (nis > self.config.match_nis[1]).then_some(id)
+            };
+            let taken: heapless::Vec<u32, MAX_FEATURES> = candidates.iter().filter_map(other).collect();
+            if !outcome.landmark.is_some_and(|nearest| taken.contains(&nearest)) {
+                continue;
+            }
+            let free = |index: usize, landmark: &Landmark<T>| {
+                !taken.contains(&landmark.id) && may_be(index, landmark)
+            };
+            let chosen = candidates.len();
+            *outcome = Outcome { decision: Decision::Birth, ..Outcome::default() };
+            let mut unused = MapReport::default();
+            self.candidates(index, feature, &free, finder, outcome, candidates, &mut unused);
+            candidates.truncate(chosen);
+        }
+    }
+
     fn linearise(
         &self,
         slot: usize,
@@ -120,7 +159,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         &self,
         index: usize,
         feature: &Feature<T>,
-        may_be: &impl Fn(usize, &Landmark<T>) -> bool,
+        may_be: &dyn Fn(usize, &Landmark<T>) -> bool,
         finder: Option<&RangeFinder<T>>,
         outcome: &mut Outcome<T>,
         candidates: &mut heapless::Vec<Candidate<T>, MAX_CANDIDATES>,
