@@ -18,6 +18,7 @@
 //! νᵀ S⁻¹ ν ≤ χ²(Σ degrees of freedom)
 //! ```
 //!
+//! so that pairs which are each beyond their own gate fit where all share one error, as when a wheel slipped,
 //! and of the sets that fit, the likeliest wins (not the largest, as in the original: a landmark that was never mapped
 //! would be forced upon one that was). Then every other set that is nearly as likely is looked at: a pair that one of
 //! them does without is *ambiguous* and left out. So are pairs that are hardly likelier than a new landmark each by itself,
@@ -52,6 +53,8 @@ pub struct Candidate<T> {
     pub landmark: usize,
     /// How much less likely than the others, of which only the order counts; or the cost of the module page.
     pub cost: T,
+    /// νᵀS⁻¹ν of the pair by itself.
+    pub nis: T,
     /// Degrees of freedom.
     pub dof: usize,
 }
@@ -134,6 +137,7 @@ pub fn joint_compatibility<T: Real>(
         root: [[T::zero(); 2]; 2 * BLOCKS],
         whitened: [Vector2::zeros(); MAX_PAIRS],
         floor: heapless::Vec::new(),
+        freedom: heapless::Vec::new(),
         path: heapless::Vec::new(),
         best: heapless::Vec::new(),
         best_cost: T::zero(),
@@ -141,7 +145,7 @@ pub fn joint_compatibility<T: Real>(
         rivalled: [false; MAX_PAIRS],
         nodes,
     };
-    search.bound_from_below();
+    search.bound();
     search.descend(0, T::zero(), T::zero(), 0);
     let mut truncated = search.nodes == 0;
     if candidates.len() > search.best.len() && !search.best.is_empty() {
@@ -175,6 +179,8 @@ struct Search<'a, T, C> {
     whitened: [Vector2<T>; MAX_PAIRS],
     /// What the measurements from a candidate's on can cost at least, by candidate.
     floor: heapless::Vec<T, MAX_JOINT_CANDIDATES>,
+    /// The degrees of freedom that they can add at most, by candidate.
+    freedom: heapless::Vec<usize, MAX_JOINT_CANDIDATES>,
     path: heapless::Vec<usize, MAX_PAIRS>,
     best: heapless::Vec<usize, MAX_PAIRS>,
     best_cost: T,
@@ -186,32 +192,38 @@ struct Search<'a, T, C> {
 }
 
 impl<T: Real, C: Correlated<T>> Search<'_, T, C> {
-    fn bound_from_below(&mut self) {
+    fn bound(&mut self) {
         let least = |index: usize| {
             let [l11, _, l22] = cholesky(&self.correlated.noise(index))?;
             Some(T::lit(2.0) * (l11 * l22).ln() + self.correlated.offset(index))
         };
         let searched = self.candidates.len().min(MAX_JOINT_CANDIDATES); // those beyond end the search
         let _ = self.floor.resize(searched, T::zero());
-        let (mut after, mut own) = (T::zero(), T::zero());
-        for index in (0..self.floor.len()).rev() {
+        let _ = self.freedom.resize(searched, 0);
+        let (mut after, mut own, mut freedom) = (T::zero(), T::zero(), 0);
+        for index in (0..searched).rev() {
             let next = self.candidates.get(index + 1).map(|pair| pair.observation);
             if next != Some(self.candidates[index].observation) {
                 (after, own) = (after + own, T::zero());
+                freedom += self.candidates[index].dof;
             }
             own = least(index).map_or(own, |cost| own.min(cost));
             self.floor[index] = after + own;
+            self.freedom[index] = freedom;
         }
     }
 
     fn descend(&mut self, from: usize, nis: T, cost: T, dof: usize) {
-        self.visit(cost);
+        if nis <= chi2_99(dof) {
+            self.visit(cost);
+        }
         let (Some(next), Some(floor)) = (self.candidates.get(from), self.floor.get(from)) else { return };
         if self.path.is_full() || cost + *floor >= self.limit() {
             return;
         }
         let observation = next.observation;
         let group = self.candidates[from..].iter().take_while(|pair| pair.observation == observation).count();
+        let to_come = self.freedom.get(from + group).copied().unwrap_or(0);
         for index in from..from + group {
             let pair = self.candidates[index];
             if self.path.iter().any(|chosen| self.candidates[*chosen].landmark == pair.landmark) {
@@ -223,7 +235,8 @@ impl<T: Real, C: Correlated<T>> Search<'_, T, C> {
             self.nodes -= 1;
             let Some((step, log_determinant)) = self.extend(index) else { continue };
             let (total, freedom) = (nis + step, dof + pair.dof);
-            if total > chi2_99(freedom) || self.path.push(index).is_err() {
+            // The pairs to come may bring the whole set within its gate.
+            if total > chi2_99(freedom + to_come) || self.path.push(index).is_err() {
                 continue;
             }
             let added = step + log_determinant + self.correlated.offset(index);
@@ -265,11 +278,12 @@ impl<T: Real, C: Correlated<T>> Search<'_, T, C> {
         }
     }
 
-    /// Pairs that are not likelier than a new landmark by `caution` when looked at alone need the others' word: all of them
-    /// together must make the set likelier by the margin, or they go.
+    /// Pairs that are outside their own gate, or not likelier than a new landmark by `caution` when looked at alone, need the
+    /// others' word: all of them together must make the set likelier by the margin, or they go.
     fn keep_the_sure_unless_the_rest_agrees(&mut self, margin: T, caution: T) {
         let (best, candidates) = (self.best.clone(), self.candidates);
-        let sure = |index: &usize| candidates.get(*index).is_some_and(|pair| pair.cost < -caution);
+        let fits = |pair: &Candidate<T>| pair.cost < -caution && pair.nis <= chi2_99(pair.dof);
+        let sure = |index: &usize| candidates.get(*index).is_some_and(fits);
         if best.iter().all(sure) {
             return;
         }
@@ -337,7 +351,8 @@ impl<T: Real, C: Correlated<T>> Search<'_, T, C> {
 
 /// χ² at 0.99 by Wilson and Hilferty's cube: within 0.5 % from 2 degrees of freedom on.
 fn chi2_99<T: Real>(dof: usize) -> T {
-    if let Some(exact) = dof.checked_sub(1).and_then(|at| super::CHI2_99.get(at)) {
+    let Some(at) = dof.checked_sub(1) else { return T::zero() };
+    if let Some(exact) = super::CHI2_99.get(at) {
         return T::lit(*exact);
     }
     let share = T::lit(2.0 / (9.0 * dof as f64));
@@ -375,7 +390,7 @@ mod tests {
     }
 
     fn pair(observation: usize, landmark: usize, cost: f64) -> Candidate<f64> {
-        Candidate { observation, landmark, cost, dof: 1 }
+        Candidate { observation, landmark, cost, nis: 0.0, dof: 1 }
     }
 
     #[test]
@@ -405,6 +420,18 @@ mod tests {
         assert!(joint_compatibility(&[pair(0, 0, 0.0)], &line, 100, 0.0, 0.0).chosen.is_empty());
         let both = [pair(0, 0, 0.0), pair(1, 1, 0.0)];
         assert_eq!(&joint_compatibility(&both, &line, 100, 0.0, 0.0).chosen[..], &[0, 1]);
+    }
+
+    #[test]
+    fn pairs_beyond_their_own_gates_count_where_all_have_the_same_error() {
+        // The robot slipped by 3.3 standard deviations: the three that agree are within their common gate, one is not.
+        let line = Line { innovations: [1.0, 1.0, 1.0, 1.0], shared: 0.09, own: 0.001, offset: 0.0 };
+        let slipped = |measurement| Candidate { nis: 11.0, ..pair(measurement, measurement, 0.0) };
+        let all = [slipped(0), slipped(1), slipped(2)];
+        assert_eq!(&joint_compatibility(&all, &line, 100, 0.0, 0.0).chosen[..], &[0, 1, 2]);
+        assert!(joint_compatibility(&all[..1], &line, 100, 0.0, 0.0).chosen.is_empty());
+        let apart = Line { innovations: [1.0, -1.0, 1.0, -1.0], ..line };
+        assert!(joint_compatibility(&all, &apart, 100, 0.0, 0.0).chosen.is_empty());
     }
 
     #[test]

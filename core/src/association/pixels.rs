@@ -186,7 +186,7 @@ impl<T: Real, const N: usize> PixelMemory<T, N> {
                     continue;
                 }
                 let cost = distance2 + spread.determinant().ln();
-                let candidate = Candidate { observation, landmark, cost, dof: 2 };
+                let candidate = Candidate { observation, landmark, cost, nis: distance2, dof: 2 };
                 report.dropped += usize::from(candidates.push(candidate).is_err());
             }
         }

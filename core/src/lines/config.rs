@@ -44,7 +44,7 @@ pub struct ExtractConfig {
 impl Default for ExtractConfig {
     fn default() -> Self {
         Self {
-            edge_threshold: 7.0,
+            edge_threshold: 6.0,
             opening: 5,
             floor_top: 48.0 / 240.0,
             floor_spread: 60_f32.to_radians(),

@@ -29,9 +29,9 @@ pub struct View<T> {
 pub struct MapConfig<T> {
     /// How pairs are chosen.
     pub pairing: Pairing,
-    /// A pair's normalised innovation squared is at most this, for 1 and 2 degrees of freedom.
+    /// A pair's normalised innovation squared is at most this when it stands alone, for 1 and 2 degrees of freedom.
     pub match_nis: [T; 2],
-    /// A birth's is above this to every landmark.
+    /// A birth's is above this to every landmark. In between, a pair counts where the frame's others have the same error.
     pub birth_nis: T,
     /// Sightings that confirm a tentative landmark (k).
     pub confirm: u32,

@@ -103,7 +103,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                 let ([l11, _, l22], nis) = (root, forward(&root, &difference).norm_squared());
                 if nis <= gate {
                     let cost = nis + T::lit(2.0) * (l11 * l22).ln() + self.merge_offset();
-                    let _ = near.push(Candidate { observation: seen, landmark: unseen, cost, dof: 2 }); // else next time
+                    let _ = near.push(Candidate { observation: seen, landmark: unseen, cost, nis, dof: 2 }); // else next time
                 }
             }
         }

@@ -197,8 +197,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             return;
         }
         let dof = feature.measurement.dof();
-        let [one, two] = self.config.match_nis;
-        let match_nis = if dof == 1 { one } else { two };
+        let match_nis = self.match_nis(dof);
         let heading = self.filter.heading();
         let nearby = self.filter.nearby(&feature.measurement);
         let mut nearest: Option<T> = None;
@@ -242,13 +241,19 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                 };
             }
             let taken = landmark.last_frame == self.frame; // by a measurement that names it
-            if (nis <= match_nis || named) && !taken {
+            let room = nis <= self.config.birth_nis && candidates.len() < MAX_JOINT_CANDIDATES;
+            if (nis <= match_nis || room || named) && !taken {
                 let likelihood = nis + T::lit(2.0) * (l11 * l22).ln();
                 let cost = likelihood + offset(&linear, landmark.form, self.config.density);
-                let pair = Candidate { observation: index, landmark: slot, cost, dof };
+                let pair = Candidate { observation: index, landmark: slot, cost, nis, dof };
                 report.candidates_dropped += u32::from(candidates.push(pair).is_err());
             }
         }
+    }
+
+    fn match_nis(&self, dof: usize) -> T {
+        let [one, two] = self.config.match_nis;
+        if dof == 1 { one } else { two }
     }
 
     /// Keeps the candidates that are to be updated with.
@@ -260,8 +265,14 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         report: &mut MapReport,
     ) {
         // They come measurement by measurement.
-        let measured = candidates.chunk_by(|pair, next| pair.observation == next.observation).count();
-        let small = measured <= MAX_PAIRS && candidates.len() <= MAX_JOINT_CANDIDATES;
+        let is_small = |candidates: &[Candidate<T>]| {
+            let measured = candidates.chunk_by(|pair, next| pair.observation == next.observation).count();
+            measured <= MAX_PAIRS && candidates.len() <= MAX_JOINT_CANDIDATES
+        };
+        if self.config.pairing == Pairing::Nearest || candidates.len() < 2 || !is_small(candidates) {
+            candidates.retain(|pair| pair.nis <= self.match_nis(pair.dof)); // no others to vouch for them
+        }
+        let small = is_small(candidates);
         if self.config.pairing == Pairing::Nearest || candidates.len() < 2 || !small {
             report.search_truncated |= self.config.pairing == Pairing::Joint && !small;
             candidates.retain(|pair| pair.cost < -self.config.caution); // surely no new landmark
