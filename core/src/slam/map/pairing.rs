@@ -88,14 +88,20 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         report: &mut MapReport,
     ) {
         let mut candidates = heapless::Vec::<Candidate<T>, MAX_CANDIDATES>::new();
-        for (index, (feature, outcome)) in features.iter().zip(outcomes.iter_mut()).enumerate() {
-            let of_these = matches!(feature.hint, Hint::Landmark(_)) == named;
-            if !of_these || index >= MAX_FEATURES || feature.measurement.check().is_err() {
-                continue;
+        // Where all are beyond their gates, as after a slip of the wheels, they may have an error in common.
+        for wide in [false, true] {
+            for (index, (feature, outcome)) in features.iter().zip(outcomes.iter_mut()).enumerate() {
+                let of_these = matches!(feature.hint, Hint::Landmark(_)) == named;
+                if !of_these || index >= MAX_FEATURES || feature.measurement.check().is_err() {
+                    continue;
+                }
+                // From here on it is sound; without a landmark it may start one.
+                *outcome = Outcome { decision: Decision::Birth, ..Outcome::default() };
+                self.candidates(index, feature, wide, may_be, finder, outcome, &mut candidates, report);
             }
-            // From here on it is sound; without a landmark it may start one.
-            outcome.decision = Decision::Birth;
-            self.candidates(index, feature, may_be, finder, outcome, &mut candidates, report);
+            if named || !candidates.is_empty() {
+                break;
+            }
         }
         if named {
             exclusive_nearest(&mut candidates);
@@ -165,7 +171,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             let chosen = candidates.len();
             *outcome = Outcome { decision: Decision::Birth, ..Outcome::default() };
             let mut unused = MapReport::default();
-            self.candidates(index, feature, &free, finder, outcome, candidates, &mut unused);
+            self.candidates(index, feature, false, &free, finder, outcome, candidates, &mut unused);
             candidates.truncate(chosen);
         }
     }
@@ -187,6 +193,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         &self,
         index: usize,
         feature: &Feature<T>,
+        wide: bool,
         may_be: &dyn Fn(usize, &Landmark<T>) -> bool,
         finder: Option<&RangeFinder<T>>,
         outcome: &mut Outcome<T>,
@@ -197,7 +204,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             return;
         }
         let dof = feature.measurement.dof();
-        let match_nis = self.match_nis(dof);
+        let gate = if wide { self.config.birth_nis } else { self.match_nis(dof) };
         let heading = self.filter.heading();
         let nearby = self.filter.nearby(&feature.measurement);
         let mut nearest: Option<T> = None;
@@ -241,8 +248,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                 };
             }
             let taken = landmark.last_frame == self.frame; // by a measurement that names it
-            let room = nis <= self.config.birth_nis && candidates.len() < MAX_JOINT_CANDIDATES;
-            if (nis <= match_nis || room || named) && !taken {
+            if (nis <= gate || named) && !taken {
                 let likelihood = nis + T::lit(2.0) * (l11 * l22).ln();
                 let cost = likelihood + offset(&linear, landmark.form, self.config.density);
                 let pair = Candidate { observation: index, landmark: slot, cost, nis, dof };
@@ -265,17 +271,13 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         report: &mut MapReport,
     ) {
         // They come measurement by measurement.
-        let is_small = |candidates: &[Candidate<T>]| {
-            let measured = candidates.chunk_by(|pair, next| pair.observation == next.observation).count();
-            measured <= MAX_PAIRS && candidates.len() <= MAX_JOINT_CANDIDATES
-        };
-        if self.config.pairing == Pairing::Nearest || candidates.len() < 2 || !is_small(candidates) {
-            candidates.retain(|pair| pair.nis <= self.match_nis(pair.dof)); // no others to vouch for them
-        }
-        let small = is_small(candidates);
+        let measured = candidates.chunk_by(|pair, next| pair.observation == next.observation).count();
+        let small = measured <= MAX_PAIRS && candidates.len() <= MAX_JOINT_CANDIDATES;
         if self.config.pairing == Pairing::Nearest || candidates.len() < 2 || !small {
             report.search_truncated |= self.config.pairing == Pairing::Joint && !small;
-            candidates.retain(|pair| pair.cost < -self.config.caution); // surely no new landmark
+            // Surely no new landmark, and with no others to vouch for it.
+            candidates
+                .retain(|pair| pair.cost < -self.config.caution && pair.nis <= self.match_nis(pair.dof));
             return exclusive_nearest(candidates);
         }
         sort_for_search(candidates);
