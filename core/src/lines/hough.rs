@@ -6,6 +6,8 @@ use nalgebra::Vector2;
 const MAX_PEAKS: usize = 16;
 /// Angles of a pass, at most: half a turn in bins of two steps.
 const MAX_ANGLES: usize = 65;
+/// Cells that are looked at together for one that has enough votes.
+const BLOCK: usize = 16;
 /// What a point adds to one angle: shared between the two nearest distances.
 pub(super) const VOTE: u16 = 4;
 
@@ -112,36 +114,41 @@ impl<'a> Accumulator<'a> {
         let mut truncated = 0;
         let row =
             |bin: usize| self.votes.get(bin * self.distances..(bin + 1) * self.distances).unwrap_or_default();
-        for bin in 0..pass.angles() {
+        // Few cells have enough: blocks of them are passed over at once.
+        let (blocks, rest) = self.votes.as_chunks::<BLOCK>();
+        let some = |block: &[u16; BLOCK]| block.iter().fold(0, |most, votes| most.max(*votes)) >= least;
+        let in_blocks = (0..).step_by(BLOCK).zip(blocks).filter(|(_, block)| some(block));
+        let cells = in_blocks.flat_map(|(first, block)| (first..).zip(block));
+        let cells = cells.chain((self.votes.len() - rest.len()..).zip(rest));
+        for (place, &votes) in cells.filter(|(_, votes)| **votes >= least) {
+            let (bin, cell) = (place / self.distances, place % self.distances);
             let before = if bin > 0 { row(bin - 1) } else { &[] };
             let after = row(bin + 1);
-            for (cell, &votes) in row(bin).iter().enumerate().filter(|(_, votes)| **votes >= least) {
-                let around = cell.saturating_sub(1)..cell + 2;
-                let most = |row: &[u16]| {
-                    let end = around.end.min(row.len());
-                    row.get(around.start..end).unwrap_or_default().iter().copied().max().unwrap_or(0)
-                };
-                let at = row(bin);
-                let left = cell.checked_sub(1).and_then(|k| at.get(k)).copied().unwrap_or(0);
-                let right = at.get(cell + 1).copied().unwrap_or(0);
-                // Ties go to the first of equals.
-                if votes <= left || votes < right || votes <= most(before) || votes < most(after) {
+            let around = cell.saturating_sub(1)..cell + 2;
+            let most = |row: &[u16]| {
+                let end = around.end.min(row.len());
+                row.get(around.start..end).unwrap_or_default().iter().copied().max().unwrap_or(0)
+            };
+            let at = row(bin);
+            let left = cell.checked_sub(1).and_then(|k| at.get(k)).copied().unwrap_or(0);
+            let right = at.get(cell + 1).copied().unwrap_or(0);
+            // Ties go to the first of equals.
+            if votes <= left || votes < right || votes <= most(before) || votes < most(after) {
+                continue;
+            }
+            // The centre of mass of three cells: finer than a cell.
+            let mass = f32::from(left) + f32::from(votes) + f32::from(right);
+            let fraction = (f32::from(right) - f32::from(left)) / mass;
+            let rho = (cell as f32 + fraction) / self.bins_by_pixel - self.radius;
+            let rank = peaks.iter().position(|peak| peak.votes < votes).unwrap_or(peaks.len());
+            if peaks.is_full() {
+                truncated += 1;
+                if rank == peaks.len() {
                     continue;
                 }
-                // The centre of mass of three cells: finer than a cell.
-                let mass = f32::from(left) + f32::from(votes) + f32::from(right);
-                let fraction = (f32::from(right) - f32::from(left)) / mass;
-                let rho = (cell as f32 + fraction) / self.bins_by_pixel - self.radius;
-                let rank = peaks.iter().position(|peak| peak.votes < votes).unwrap_or(peaks.len());
-                if peaks.is_full() {
-                    truncated += 1;
-                    if rank == peaks.len() {
-                        continue;
-                    }
-                    peaks.truncate(MAX_PEAKS - 1);
-                }
-                let _ = peaks.insert(rank, Peak { votes, direction: pass.direction(bin), rho });
+                peaks.truncate(MAX_PEAKS - 1);
             }
+            let _ = peaks.insert(rank, Peak { votes, direction: pass.direction(bin), rho });
         }
         (peaks, truncated)
     }
