@@ -49,20 +49,20 @@ pub fn threshold_row(gradient: &[u16], threshold: u16, mask: &mut [u32]) {
 #[inline(always)]
 fn strong_bits(chunk: &[u16; 32], [above, below]: [u32; 2]) -> u32 {
     let (pairs, _) = chunk.as_chunks::<2>();
-    let mut flags = [0; 16];
-    for (flag, pair) in flags.iter_mut().zip(pairs) {
-        let g = join(*pair);
-        *flag = ((g + above) | (below - g)) & const { both(1 << 15) };
-    }
-    // Pair k's two bits go to k and 16 + k, by halves; then the halves are interleaved (H. S. Warren, "Hacker's Delight", 7-2).
-    for half in [8, 4, 2, 1] {
-        let (low, high) = flags.split_at_mut(half);
-        low.iter_mut().zip(high).for_each(|(low, high)| *low = *low >> half | *high);
-    }
-    let [mut bits, ..] = flags;
+    // Pair k's two bits go to k and 16 + k, by halves: four lanes at once where there are lanes.
+    let pair = |k: usize| {
+        let g = pairs.get(k).map_or(0, |pair| join(*pair));
+        ((g + above) | (below - g)) & const { both(1 << 15) }
+    };
+    let [a, b, c, d] = core::array::from_fn(|k| {
+        let [a, b, c, d] = [0, 4, 8, 12].map(|from| pair(from + k));
+        (a >> 8 | c) >> 4 | b >> 8 | d
+    });
+    let mut bits = (a >> 2 | c) >> 1 | b >> 2 | d;
     if bits == 0 {
         return 0; // as most are
     }
+    // The halves are interleaved (H. S. Warren, "Hacker's Delight", 7-2).
     for (shift, middle) in [(8, 0x0000_ff00), (4, 0x00f0_00f0), (2, 0x0c0c_0c0c), (1, 0x2222_2222)] {
         let moved = (bits ^ bits >> shift) & middle;
         bits ^= moved ^ moved << shift;
