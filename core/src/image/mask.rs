@@ -54,10 +54,11 @@ fn strong_bits(chunk: &[u16; 32], [above, below]: [u32; 2]) -> u32 {
         let g = pairs.get(k).map_or(0, |pair| join(*pair));
         ((g + above) | (below - g)) & const { both(1 << 15) }
     };
-    let [a, b, c, d] = core::array::from_fn(|k| {
-        let [a, b, c, d] = [0, 4, 8, 12].map(|from| pair(from + k));
-        (a >> 8 | c) >> 4 | b >> 8 | d
-    });
+    let mut fours = [0; 4];
+    for (k, four) in fours.iter_mut().enumerate() {
+        *four = (pair(k) >> 8 | pair(k + 8)) >> 4 | pair(k + 4) >> 8 | pair(k + 12);
+    }
+    let [a, b, c, d] = fours;
     let mut bits = (a >> 2 | c) >> 1 | b >> 2 | d;
     if bits == 0 {
         return 0; // as most are

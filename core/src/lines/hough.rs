@@ -7,7 +7,7 @@ const MAX_PEAKS: usize = 16;
 /// Angles of a pass, at most: half a turn in bins of two steps.
 const MAX_ANGLES: usize = 65;
 /// Cells that are looked at together for one that has enough votes.
-const BLOCK: usize = 16;
+const BLOCK: usize = 32;
 /// What a point adds to one angle: shared between the two nearest distances.
 pub(super) const VOTE: u16 = 4;
 
@@ -115,11 +115,10 @@ impl<'a> Accumulator<'a> {
         let row =
             |bin: usize| self.votes.get(bin * self.distances..(bin + 1) * self.distances).unwrap_or_default();
         // Few cells have enough: blocks of them are passed over at once.
-        let (blocks, rest) = self.votes.as_chunks::<BLOCK>();
-        let some = |block: &[u16; BLOCK]| block.iter().fold(0, |most, votes| most.max(*votes)) >= least;
-        let in_blocks = (0..).step_by(BLOCK).zip(blocks).filter(|(_, block)| some(block));
-        let cells = in_blocks.flat_map(|(first, block)| (first..).zip(block));
-        let cells = cells.chain((self.votes.len() - rest.len()..).zip(rest));
+        let blocks = (0..).step_by(BLOCK).zip(self.votes.chunks(BLOCK));
+        let blocks =
+            blocks.filter(|(_, block)| block.iter().fold(0, |most, votes| most.max(*votes)) >= least);
+        let cells = blocks.flat_map(|(first, block)| (first..).zip(block));
         for (place, &votes) in cells.filter(|(_, votes)| **votes >= least) {
             let (bin, cell) = (place / self.distances, place % self.distances);
             let before = if bin > 0 { row(bin - 1) } else { &[] };
