@@ -315,7 +315,7 @@ where
         self.extraction.truncations = truncations;
         let finder = &self.finder;
         let corners = CornerSearch { config: &self.config, finder, top: self.floor_top as f32, sampling };
-        corners.run(points, &mut self.extraction);
+        corners.run(points, words, &mut self.extraction);
 
         let pixel = |ideal| camera.pixel_from_ray(camera.ray_from_ideal(ideal)).unwrap_or(ideal);
         let lines = self.extraction.vertical_lines.iter_mut().map(|line| (line, true));
