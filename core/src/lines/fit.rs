@@ -67,7 +67,9 @@ pub(super) fn fit(
         s_tt += w * t * t;
         s_tn += w * t * n;
         s_nn += w * n * n;
-        extent = [extent[0].min(t), extent[1].max(t)];
+        // Not `min` and `max`: where the processor has none they are calls.
+        let [least, most] = extent;
+        extent = [if t < least { t } else { least }, if t > most { t } else { most }];
     }
     // The scatter left after the turn is the smaller eigenvalue, in a form without cancellation.
     let root = libm::sqrtf((s_tt - s_nn) * (s_tt - s_nn) + 4.0 * s_tn * s_tn);
