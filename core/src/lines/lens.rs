@@ -63,16 +63,16 @@ impl<'a> LensGrid<'a> {
         };
         let (column, s) = split(cell.x, CELLS[0]);
         let (row, t) = split(cell.y, CELLS[1]);
-        let (across, down) = (weights(s), weights(t));
+        let across = weights(s).map(|(weight, slope)| Vector4::new(weight, weight, slope, slope));
+        let down = weights(t);
         // Of the shift and, in the last two, its derivatives: across the picture and down.
         let (mut sum, mut sum_by_down) = (Vector4::zeros(), Vector2::zeros());
         let rows = self.shift.get(row * COLUMNS + column..)?.chunks(COLUMNS);
         for (nodes, weight_down) in rows.zip(down) {
             let nodes: &[_; 4] = nodes.first_chunk()?;
             let mut along = Vector4::zeros();
-            for (node, (weight, slope)) in nodes.iter().zip(across) {
-                let [x, y] = node.map(f32::from_bits);
-                along += Vector4::new(x * weight, y * weight, x * slope, y * slope);
+            for (&[x, y], weights) in nodes.iter().zip(&across) {
+                along += Vector4::new(x, y, x, y).map(f32::from_bits).component_mul(weights);
             }
             sum += along * weight_down.0;
             sum_by_down += along.xy() * weight_down.1;
