@@ -252,14 +252,14 @@ impl CornerSearch<'_> {
 
     /// Whether an edge goes on along a vertical line below its foot: then something stands before the floor's edge.
     fn continues_below(&self, points: &[EdgePoint], vertical: &Line, foot: Vector2<f32>) -> bool {
-        let start = vertical.beyond_lower_end(foot);
+        let (start, direction) = (vertical.beyond_lower_end(foot), vertical.direction());
         let below = points.iter().filter(|point| {
+            if vertical.distance(point.position).abs() > BESIDE_PX {
+                return false; // as most
+            }
             let beyond = vertical.beyond_lower_end(point.position) - start;
-            let along = vertical.distance(point.position).abs() <= BESIDE_PX;
-            let upright = (f32::from(point.direction.wrapping_sub(vertical.direction()) as i8).abs() - 64.0)
-                .abs()
-                > 48.0;
-            along && upright && beyond > SMEARED_PX && beyond <= SMEARED_PX + BELOW_PX
+            let turned = (point.direction.wrapping_sub(direction) as i8).unsigned_abs();
+            turned.abs_diff(64) > 48 && beyond > SMEARED_PX && beyond <= SMEARED_PX + BELOW_PX
         });
         (below.count() * self.sampling.stride) as f32 >= 0.4 * BELOW_PX
     }

@@ -79,14 +79,16 @@ impl<'a> Accumulator<'a> {
     /// The votes of the points within the pass, seen from `origin`.
     pub(super) fn vote(&mut self, points: &[EdgePoint], pass: &Pass, origin: Vector2<f32>) {
         let reach = usize::from(pass.reach);
+        // In votes, of which a cell has a power of two: the same digits.
+        let by_pixel = self.bins_by_pixel * f32::from(VOTE);
+        let middle = self.radius * by_pixel;
         let mut normals = [Vector2::zeros(); MAX_ANGLES];
         for (bin, normal) in normals.iter_mut().enumerate() {
-            *normal = unit(pass.direction(bin)) * self.bins_by_pixel;
+            *normal = unit(pass.direction(bin)) * by_pixel;
         }
         for point in points {
             let Some(bin) = pass.bin(point.direction) else { continue };
             let offset = point.position - origin;
-            let middle = self.radius * self.bins_by_pixel;
             let first = bin.saturating_sub(reach);
             let last = (bin + reach).min(pass.angles() - 1);
             let Some(angles) = self.votes.get_mut(first * self.distances..(last + 1) * self.distances) else {
@@ -94,8 +96,7 @@ impl<'a> Accumulator<'a> {
             };
             let normals = normals.get(first..=last).unwrap_or_default();
             for (normal, distances) in normals.iter().zip(angles.chunks_exact_mut(self.distances.max(1))) {
-                let cell = normal.dot(&offset) + middle;
-                let quarters = (cell * f32::from(VOTE)) as u32; // below 0 saturates
+                let quarters = (normal.dot(&offset) + middle) as u32; // below 0 saturates
                 let share = (quarters % u32::from(VOTE)) as u16;
                 if let Some([near, far]) = distances
                     .get_mut((quarters / u32::from(VOTE)) as usize..)

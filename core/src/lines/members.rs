@@ -58,31 +58,25 @@ pub(super) fn keep(points: &[EdgePoint], indices: &mut [u16], wanted: impl Fn(&E
     let mut left = 0;
     for from in 0..indices.len() {
         let Some(index) = indices.get(from).copied() else { break };
-        if points.get(usize::from(index)).is_some_and(&wanted)
-            && let Some(slot) = indices.get_mut(left)
-        {
-            *slot = index;
-            left += 1;
-        }
+        let Some(slot) = indices.get_mut(left) else { break };
+        *slot = index; // counted or overwritten: no branch that cannot be foreseen
+        left += usize::from(points.get(usize::from(index)).is_some_and(&wanted));
     }
     left
 }
 
-/// Lists the points to keep among `all` in `members`; returns how many fit.
+/// Lists the points to keep among `all` in `members`, which has room for all; returns how many those are.
 pub(super) fn gather(
     points: &[EdgePoint],
     all: &[u16],
     members: &mut [u16],
     wanted: impl Fn(&EdgePoint) -> bool,
 ) -> usize {
-    let mut slots = members.iter_mut();
     let mut count = 0;
     for index in all {
-        if points.get(usize::from(*index)).is_some_and(&wanted) {
-            let Some(slot) = slots.next() else { break };
-            *slot = *index;
-            count += 1;
-        }
+        let Some(slot) = members.get_mut(count) else { break };
+        *slot = *index;
+        count += usize::from(points.get(usize::from(*index)).is_some_and(&wanted));
     }
     count
 }

@@ -110,21 +110,22 @@ impl Search<'_> {
             let direction = line.direction();
             let (width, level) =
                 (if number == 0 { gate + cell } else { gate }, line.normal.dot(&line.centroid));
-            let near = |point: &EdgePoint| {
-                let turned = (point.direction.wrapping_sub(direction) as i8).unsigned_abs();
-                turned <= tolerance && (line.normal.dot(&point.position) - level).abs() <= width
+            let alike = |point: &EdgePoint| {
+                (point.direction.wrapping_sub(direction) as i8).unsigned_abs() <= tolerance
             };
+            let near = |point: &EdgePoint| (line.normal.dot(&point.position) - level).abs() <= width;
             let position =
                 |index: &u16| points.get(usize::from(*index)).map_or(0.0, |p| line.position(p.position));
             if number < WIDE_GATES {
-                count = gather(points, all, members, near);
+                count = gather(points, all, members, alike);
+                count = keep(points, members.get_mut(..count)?, near);
                 if (count as f32) < self.least_points() {
                     return None;
                 }
                 sort(members.get_mut(..count)?, position);
             } else {
                 // The line has hardly moved: its points are among those gathered last, and in order.
-                count = keep(points, members.get_mut(..count)?, near);
+                count = keep(points, members.get_mut(..count)?, |point| alike(point) & near(point));
             }
             let max_gap = self.config.max_gap_px.max(2.0 * self.sampling.stride as f32);
             run = longest_run(members.get(..count)?, position, max_gap);
