@@ -300,7 +300,7 @@ where
         let upright = |line: &Line| is_upright(&self.finder, line, self.config.gravity_tolerance);
         let [vertical_passes, floor_passes] = self.passes;
         for pass in vertical_passes {
-            let skipped = search.run(&pass, points, words, &mut self.extraction.vertical_lines, upright);
+            let skipped = search.run(&pass, points, words, &mut self.extraction.vertical_lines, &upright);
             truncations.peaks += skipped.peaks;
             truncations.lines += skipped.lines;
         }
@@ -308,7 +308,7 @@ where
         search.first_owner = FLOOR_OWNER;
         let sharp = |line: &Line| line.width_px <= self.config.max_width_px;
         for pass in floor_passes {
-            let skipped = search.run(&pass, points, words, &mut self.extraction.floor_lines, sharp);
+            let skipped = search.run(&pass, points, words, &mut self.extraction.floor_lines, &sharp);
             truncations.peaks += skipped.peaks;
             truncations.lines += skipped.lines;
         }

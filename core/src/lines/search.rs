@@ -44,7 +44,7 @@ impl Search<'_> {
         points: &mut [EdgePoint],
         memory: &mut [u16],
         lines: &mut Vec<Line, MAX_LINES>,
-        accept: impl Fn(&Line) -> bool,
+        accept: &dyn Fn(&Line) -> bool,
     ) -> Skipped {
         let mut accumulator = Accumulator::new(memory, pass, self.radius);
         accumulator.vote(points, pass, self.origin);
