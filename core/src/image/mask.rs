@@ -49,12 +49,21 @@ pub fn threshold_row(gradient: &[u16], threshold: u16, mask: &mut [u32]) {
 #[inline(always)]
 fn strong_bits(chunk: &[u16; 32], [above, below]: [u32; 2]) -> u32 {
     let (pairs, _) = chunk.as_chunks::<2>();
-    // Pair k's two bits go to k and 16 + k; then the halves are interleaved (H. S. Warren, "Hacker's Delight", 7-2).
-    let mut bits = 0;
-    for (k, pair) in pairs.iter().enumerate() {
-        let g = join(*pair);
-        bits |= (((g + above) | (below - g)) & const { both(1 << 15) }) >> (15 - k);
+    // Pair k's two bits go to k and 16 + k, by halves: four lanes at once where there are lanes.
+    let pair = |k: usize| {
+        let g = pairs.get(k).map_or(0, |pair| join(*pair));
+        ((g + above) | (below - g)) & const { both(1 << 15) }
+    };
+    let mut fours = [0; 4];
+    for (k, four) in fours.iter_mut().enumerate() {
+        *four = (pair(k) >> 8 | pair(k + 8)) >> 4 | pair(k + 4) >> 8 | pair(k + 12);
     }
+    let [a, b, c, d] = fours;
+    let mut bits = (a >> 2 | c) >> 1 | b >> 2 | d;
+    if bits == 0 {
+        return 0; // as most are
+    }
+    // The halves are interleaved (H. S. Warren, "Hacker's Delight", 7-2).
     for (shift, middle) in [(8, 0x0000_ff00), (4, 0x00f0_00f0), (2, 0x0c0c_0c0c), (1, 0x2222_2222)] {
         let moved = (bits ^ bits >> shift) & middle;
         bits ^= moved ^ moved << shift;
@@ -89,14 +98,14 @@ pub fn open_row(mask: &mut [u32], run: usize) {
     // Erosion looks to the right only, so it can go forwards in place; dilation the other way.
     for k in 0..mask.len() {
         let right = u64::from(mask.get(k + 1).copied().unwrap_or(0));
-        if let Some(word) = mask.get_mut(k) {
+        if let Some(word) = mask.get_mut(k).filter(|word| **word != 0) {
             let window = right << 32 | u64::from(*word);
             *word = (1..run).fold(window, |eroded, shift| eroded & window >> shift) as u32;
         }
     }
     for k in (0..mask.len()).rev() {
         let left = k.checked_sub(1).and_then(|k| mask.get(k).copied()).unwrap_or(0);
-        if let Some(word) = mask.get_mut(k) {
+        if let Some(word) = mask.get_mut(k).filter(|word| **word | left != 0) {
             let window = u64::from(*word) << 32 | u64::from(left);
             *word = ((1..run).fold(window, |dilated, shift| dilated | window << shift) >> 32) as u32;
         }

@@ -2,6 +2,7 @@ use super::config::ExtractConfig;
 use super::edge::{EdgePoint, NEAR_CORNER};
 use super::extraction::{Corner, Extraction, Line, MAX_CORNERS, MAX_LINES};
 use super::fit::{Sampling, fit};
+use super::members::{Members, gather};
 use crate::geometry::{Camera, RangeFinder};
 use heapless::Vec;
 use nalgebra::{Matrix2, Vector2};
@@ -78,8 +79,10 @@ pub(super) struct CornerSearch<'a> {
 
 impl CornerSearch<'_> {
     /// Finds the corners of the lines found, refits the lines without the points that a corner smears, and fills
-    /// `extraction.corners`.
-    pub(super) fn run(&self, points: &mut [EdgePoint], extraction: &mut Extraction) {
+    /// `extraction.corners`. The memory is for two lists of the points.
+    pub(super) fn run(&self, points: &mut [EdgePoint], memory: &mut [u16], extraction: &mut Extraction) {
+        let (members, side) = memory.split_at_mut(memory.len() / 2);
+        let mut members = Members::new(points, members);
         let mut pairs = Vec::<(u8, u8), MAX_LINES>::new();
         for (i, vertical) in (0_u8..).zip(&extraction.vertical_lines) {
             let crossings = self.crossings(vertical, &extraction.floor_lines);
@@ -96,13 +99,14 @@ impl CornerSearch<'_> {
             let _ = pairs.push((i, foot.floor));
             for crossing in &crossings {
                 if let Some(floor) = extraction.floor_lines.get(usize::from(crossing.floor)) {
-                    let owners = (VERTICAL_OWNER + i, FLOOR_OWNER + crossing.floor);
-                    mark_smeared(points, owners, vertical, floor, crossing.ideal);
+                    let ideal = crossing.ideal;
+                    mark_smeared(points, members.of(VERTICAL_OWNER + i), floor, ideal);
+                    mark_smeared(points, members.of(FLOOR_OWNER + crossing.floor), vertical, ideal);
                 }
             }
         }
-        refit(points, VERTICAL_OWNER, &mut extraction.vertical_lines, self.sampling);
-        refit(points, FLOOR_OWNER, &mut extraction.floor_lines, self.sampling);
+        refit(points, &mut members, VERTICAL_OWNER, &mut extraction.vertical_lines, self.sampling);
+        refit(points, &mut members, FLOOR_OWNER, &mut extraction.floor_lines, self.sampling);
 
         let mut corners = Vec::<Corner, MAX_LINES>::new();
         for (i, j) in pairs {
@@ -110,7 +114,8 @@ impl CornerSearch<'_> {
                 (extraction.vertical_lines.get(usize::from(i)), extraction.floor_lines.get(usize::from(j)));
             let (Some(vertical), Some(floor)) = lines else { continue };
             let Some((ideal, _)) = meet(floor, vertical) else { continue };
-            let straight = straight_at(points, FLOOR_OWNER + j, floor, floor.position(ideal), self.sampling);
+            let clear = members.of(FLOOR_OWNER + j);
+            let straight = straight_at(points, (clear, side), floor, floor.position(ideal), self.sampling);
             let Some((ideal, covariance)) = meet(&straight, vertical) else { continue };
             let Some((pixel, covariance)) = seen(self.finder.camera(), ideal, covariance) else { continue };
             if pixel.y < self.top {
@@ -247,34 +252,24 @@ impl CornerSearch<'_> {
 
     /// Whether an edge goes on along a vertical line below its foot: then something stands before the floor's edge.
     fn continues_below(&self, points: &[EdgePoint], vertical: &Line, foot: Vector2<f32>) -> bool {
-        let start = vertical.beyond_lower_end(foot);
+        let (start, direction) = (vertical.beyond_lower_end(foot), vertical.direction());
         let below = points.iter().filter(|point| {
+            if vertical.distance(point.position).abs() > BESIDE_PX {
+                return false; // as most
+            }
             let beyond = vertical.beyond_lower_end(point.position) - start;
-            let along = vertical.distance(point.position).abs() <= BESIDE_PX;
-            let upright = (f32::from(point.direction.wrapping_sub(vertical.direction()) as i8).abs() - 64.0)
-                .abs()
-                > 48.0;
-            along && upright && beyond > SMEARED_PX && beyond <= SMEARED_PX + BELOW_PX
+            let turned = (point.direction.wrapping_sub(direction) as i8).unsigned_abs();
+            turned.abs_diff(64) > 48 && beyond > SMEARED_PX && beyond <= SMEARED_PX + BELOW_PX
         });
         (below.count() * self.sampling.stride) as f32 >= 0.4 * BELOW_PX
     }
 }
 
-/// Marks the points of two lines in which a corner shows both of its edges.
-fn mark_smeared(
-    points: &mut [EdgePoint],
-    (vertical_owner, floor_owner): (u8, u8),
-    vertical: &Line,
-    floor: &Line,
-    ideal: Vector2<f32>,
-) {
-    for point in points {
+/// Marks the points of one line of a corner that are near its other line too.
+fn mark_smeared(points: &mut [EdgePoint], members: &[u16], other: &Line, ideal: Vector2<f32>) {
+    for index in members {
+        let Some(point) = points.get_mut(usize::from(*index)) else { continue };
         // The other edge is as near as its line is, not as the corner is.
-        let other = match point.owner {
-            owner if owner == vertical_owner => floor,
-            owner if owner == floor_owner => vertical,
-            _ => continue,
-        };
         let near = (point.position - ideal).amax() < 3.0 * SMEARED_PX;
         if near && other.distance(point.position).abs() < SMEARED_PX {
             point.owner |= NEAR_CORNER;
@@ -295,15 +290,20 @@ fn keep_best(corners: &mut Vec<Corner, MAX_LINES>, corner: Corner) {
     }
 }
 
-/// Fits every line again without the points marked as near a corner, where enough remain.
-fn refit(points: &[EdgePoint], first_owner: u8, lines: &mut [Line], sampling: Sampling) {
+/// Fits every line again without the points marked as near a corner, where enough remain; these are then its members.
+fn refit(
+    points: &[EdgePoint],
+    members: &mut Members<'_>,
+    first_owner: u8,
+    lines: &mut [Line],
+    sampling: Sampling,
+) {
     for (owner, line) in (first_owner..).zip(lines) {
-        let clear = points.iter().filter(|point| point.owner == owner);
-        let left = clear.clone().count();
-        if left < 6 || left == usize::from(line.points) {
+        let clear = members.keep(points, owner);
+        if clear.len() < 6 || clear.len() == usize::from(line.points) {
             continue;
         }
-        if let Some(mut fitted) = fit(clear, line.normal, sampling) {
+        if let Some(mut fitted) = fit(points, clear, line.normal, sampling) {
             // The edge is as long as it was; only its ends do not count.
             let shift = fitted.position(line.centroid);
             fitted.extent = line.extent.map(|end| end + shift);
@@ -316,11 +316,17 @@ fn refit(points: &[EdgePoint], first_owner: u8, lines: &mut [Line], sampling: Sa
 ///
 /// Two walls that meet at a small angle, or a door set back a little, bend the floor's edge by less than what
 /// separates two lines in the first place.
-fn straight_at(points: &[EdgePoint], owner: u8, floor: &Line, at: f32, sampling: Sampling) -> Line {
-    let side = |sign: f32| {
-        let beyond = move |point: &&EdgePoint| (floor.position(point.position) - at) * sign > 0.0;
-        fit(points.iter().filter(|point| point.owner == owner).filter(beyond), floor.normal, sampling)
-            .filter(|line| line.points >= LEAST_SIDE)
+fn straight_at(
+    points: &[EdgePoint],
+    (members, side): (&[u16], &mut [u16]),
+    floor: &Line,
+    at: f32,
+    sampling: Sampling,
+) -> Line {
+    let mut side = |sign: f32| {
+        let beyond = |point: &EdgePoint| (floor.position(point.position) - at) * sign > 0.0;
+        let count = gather(points, members, side, beyond);
+        fit(points, side.get(..count)?, floor.normal, sampling).filter(|line| line.points >= LEAST_SIDE)
     };
     // A few points beyond the corner cannot show that they belong to the same line.
     let (before, after) = match (side(-1.0), side(1.0)) {

@@ -55,7 +55,9 @@ pub(super) fn maximum(profile: Profile) -> Option<(f32, f32)> {
     let projected = |(a, b): (i32, i32)| (a * u + b * v) as f32; // at most 2 · 16320² < 2³¹
     let middle = projected((u, v));
     let fall = |sample: f32| {
-        let sample = sample.max(0.1 * middle);
+        // Not `max`: where the processor has none it is a call.
+        let least = 0.1 * middle;
+        let sample = if sample > least { sample } else { least };
         2.0 * (middle - sample) / (middle + sample)
     };
     let (left, right) = (fall(projected(before)), fall(projected(after)));

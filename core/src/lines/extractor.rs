@@ -209,12 +209,7 @@ where
         if width <= 2 * (MARGIN + 1) {
             return Ok(()); // too narrow for a maximum between two neighbours
         }
-        if let Some(mut rows) = GradientRows::new(self.words.as_mut(), width) {
-            rows.push(newest, pixels);
-        }
-        if let Some(centre) = newest.checked_sub(MARGIN + 1).filter(|centre| *centre > MARGIN) {
-            self.find_edges(centre, false);
-        }
+        self.find_edges(newest, Some(pixels));
         Ok(())
     }
 
@@ -232,8 +227,7 @@ where
         }
         if self.finder.camera().width() > 2 * (MARGIN + 1) {
             // Rows without edges push the last ones out of the opening.
-            let last = height.saturating_sub(MARGIN + 1);
-            (last..last + self.config.opening + 1).for_each(|centre| self.find_edges(centre, true));
+            (height..height + self.config.opening + 1).for_each(|newest| self.find_edges(newest, None));
         }
         let camera = self.finder.camera();
         let (_, grid) = self.masks.as_ref().split_at(row_masks(camera.width()));
@@ -262,8 +256,8 @@ where
         self.points.as_ref().get(..self.edges.len()).unwrap_or_default()
     }
 
-    /// Finds the edge points of row `centre`; three rows of gradients are at hand, or the picture has ended.
-    fn find_edges(&mut self, centre: usize, ended: bool) {
+    /// Takes the pixels of row `newest`, or `None` below the picture, and finds the edge points that are known with it.
+    fn find_edges(&mut self, newest: usize, pixels: Option<&[u8]>) {
         let width = self.finder.camera().width();
         let search = EdgeSearch {
             kinds: &self.kinds,
@@ -272,14 +266,18 @@ where
             floor_top: self.floor_top,
         };
         let (masks, maxima) = self.masks.as_mut().split_at_mut(OpeningRows::words(width));
-        let (Some(rows), Some(mut opening), Some(maxima)) = (
+        let (Some(mut rows), Some(mut opening), Some(maxima)) = (
             GradientRows::new(self.words.as_mut(), width),
             OpeningRows::new(masks, width, search.run),
             maxima.get_mut(..mask_len(width)),
         ) else {
             return;
         };
-        let rows = (!ended).then(|| rows.gradients(centre + MARGIN + 1));
+        if let Some(pixels) = pixels {
+            rows.push(newest, pixels);
+        }
+        let Some(centre) = newest.checked_sub(MARGIN + 1).filter(|centre| *centre > MARGIN) else { return };
+        let rows = pixels.map(|_| rows.gradients(newest));
         search.row(centre, rows, (&mut opening, maxima), self.points.as_mut(), &mut self.edges);
     }
 
@@ -302,7 +300,7 @@ where
         let upright = |line: &Line| is_upright(&self.finder, line, self.config.gravity_tolerance);
         let [vertical_passes, floor_passes] = self.passes;
         for pass in vertical_passes {
-            let skipped = search.run(&pass, points, words, &mut self.extraction.vertical_lines, upright);
+            let skipped = search.run(&pass, points, words, &mut self.extraction.vertical_lines, &upright);
             truncations.peaks += skipped.peaks;
             truncations.lines += skipped.lines;
         }
@@ -310,14 +308,14 @@ where
         search.first_owner = FLOOR_OWNER;
         let sharp = |line: &Line| line.width_px <= self.config.max_width_px;
         for pass in floor_passes {
-            let skipped = search.run(&pass, points, words, &mut self.extraction.floor_lines, sharp);
+            let skipped = search.run(&pass, points, words, &mut self.extraction.floor_lines, &sharp);
             truncations.peaks += skipped.peaks;
             truncations.lines += skipped.lines;
         }
         self.extraction.truncations = truncations;
         let finder = &self.finder;
         let corners = CornerSearch { config: &self.config, finder, top: self.floor_top as f32, sampling };
-        corners.run(points, &mut self.extraction);
+        corners.run(points, words, &mut self.extraction);
 
         let pixel = |ideal| camera.pixel_from_ray(camera.ray_from_ideal(ideal)).unwrap_or(ideal);
         let lines = self.extraction.vertical_lines.iter_mut().map(|line| (line, true));

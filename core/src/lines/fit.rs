@@ -15,7 +15,7 @@ pub(super) struct Sampling {
     pub(super) stride: usize,
 }
 
-/// The weighted total least squares line through `points`, or `None` for fewer than three or coinciding points.
+/// The weighted total least squares line through the points with these indices, or `None` for fewer than three or coinciding points.
 ///
 /// With weights w = s² (gradient s, to which a point's deviation is inversely proportional) and the weighted mean
 /// as origin, the angle φ that the line turns from the seed's direction t, n is
@@ -34,8 +34,9 @@ pub(super) struct Sampling {
 ///
 /// κ is the points' scatter against the one expected, taken with the degrees of freedom left and mixed with
 /// [`PRIOR_WEIGHT`] times 1: a textured edge is less certain than a clean one.
-pub(super) fn fit<'a>(
-    points: impl Iterator<Item = &'a EdgePoint> + Clone,
+pub(super) fn fit(
+    points: &[EdgePoint],
+    indices: &[u16],
     seed: Vector2<f32>,
     sampling: Sampling,
 ) -> Option<Line> {
@@ -44,6 +45,7 @@ pub(super) fn fit<'a>(
         strength * strength
     };
     let (mut count, mut total, mut mean, mut curvature) = (0_u16, 0.0, Vector2::zeros(), 0.0);
+    let points = indices.iter().filter_map(|index| points.get(usize::from(*index)));
     let origin = points.clone().next()?.position;
     for point in points.clone() {
         let w = weight(point);
@@ -65,7 +67,9 @@ pub(super) fn fit<'a>(
         s_tt += w * t * t;
         s_tn += w * t * n;
         s_nn += w * n * n;
-        extent = [extent[0].min(t), extent[1].max(t)];
+        // Not `min` and `max`: where the processor has none they are calls.
+        let [least, most] = extent;
+        extent = [if t < least { t } else { least }, if t > most { t } else { most }];
     }
     // The scatter left after the turn is the smaller eigenvalue, in a form without cancellation.
     let root = libm::sqrtf((s_tt - s_nn) * (s_tt - s_nn) + 4.0 * s_tn * s_tn);

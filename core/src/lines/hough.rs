@@ -6,6 +6,8 @@ use nalgebra::Vector2;
 const MAX_PEAKS: usize = 16;
 /// Angles of a pass, at most: half a turn in bins of two steps.
 const MAX_ANGLES: usize = 65;
+/// Cells that are looked at together for one that has enough votes.
+const BLOCK: usize = 32;
 /// What a point adds to one angle: shared between the two nearest distances.
 pub(super) const VOTE: u16 = 4;
 
@@ -77,14 +79,16 @@ impl<'a> Accumulator<'a> {
     /// The votes of the points within the pass, seen from `origin`.
     pub(super) fn vote(&mut self, points: &[EdgePoint], pass: &Pass, origin: Vector2<f32>) {
         let reach = usize::from(pass.reach);
+        // In votes, of which a cell has a power of two: the same digits.
+        let by_pixel = self.bins_by_pixel * f32::from(VOTE);
+        let middle = self.radius * by_pixel;
         let mut normals = [Vector2::zeros(); MAX_ANGLES];
         for (bin, normal) in normals.iter_mut().enumerate() {
-            *normal = unit(pass.direction(bin)) * self.bins_by_pixel;
+            *normal = unit(pass.direction(bin)) * by_pixel;
         }
         for point in points {
             let Some(bin) = pass.bin(point.direction) else { continue };
             let offset = point.position - origin;
-            let middle = self.radius * self.bins_by_pixel;
             let first = bin.saturating_sub(reach);
             let last = (bin + reach).min(pass.angles() - 1);
             let Some(angles) = self.votes.get_mut(first * self.distances..(last + 1) * self.distances) else {
@@ -92,8 +96,7 @@ impl<'a> Accumulator<'a> {
             };
             let normals = normals.get(first..=last).unwrap_or_default();
             for (normal, distances) in normals.iter().zip(angles.chunks_exact_mut(self.distances.max(1))) {
-                let cell = normal.dot(&offset) + middle;
-                let quarters = (cell * f32::from(VOTE)) as u32; // below 0 saturates
+                let quarters = (normal.dot(&offset) + middle) as u32; // below 0 saturates
                 let share = (quarters % u32::from(VOTE)) as u16;
                 if let Some([near, far]) = distances
                     .get_mut((quarters / u32::from(VOTE)) as usize..)
@@ -112,36 +115,40 @@ impl<'a> Accumulator<'a> {
         let mut truncated = 0;
         let row =
             |bin: usize| self.votes.get(bin * self.distances..(bin + 1) * self.distances).unwrap_or_default();
-        for bin in 0..pass.angles() {
+        // Few cells have enough: blocks of them are passed over at once.
+        let blocks = (0..).step_by(BLOCK).zip(self.votes.chunks(BLOCK));
+        let blocks =
+            blocks.filter(|(_, block)| block.iter().fold(0, |most, votes| most.max(*votes)) >= least);
+        let cells = blocks.flat_map(|(first, block)| (first..).zip(block));
+        for (place, &votes) in cells.filter(|(_, votes)| **votes >= least) {
+            let (bin, cell) = (place / self.distances, place % self.distances);
             let before = if bin > 0 { row(bin - 1) } else { &[] };
             let after = row(bin + 1);
-            for (cell, &votes) in row(bin).iter().enumerate().filter(|(_, votes)| **votes >= least) {
-                let around = cell.saturating_sub(1)..cell + 2;
-                let most = |row: &[u16]| {
-                    let end = around.end.min(row.len());
-                    row.get(around.start..end).unwrap_or_default().iter().copied().max().unwrap_or(0)
-                };
-                let at = row(bin);
-                let left = cell.checked_sub(1).and_then(|k| at.get(k)).copied().unwrap_or(0);
-                let right = at.get(cell + 1).copied().unwrap_or(0);
-                // Ties go to the first of equals.
-                if votes <= left || votes < right || votes <= most(before) || votes < most(after) {
+            let around = cell.saturating_sub(1)..cell + 2;
+            let most = |row: &[u16]| {
+                let end = around.end.min(row.len());
+                row.get(around.start..end).unwrap_or_default().iter().copied().max().unwrap_or(0)
+            };
+            let at = row(bin);
+            let left = cell.checked_sub(1).and_then(|k| at.get(k)).copied().unwrap_or(0);
+            let right = at.get(cell + 1).copied().unwrap_or(0);
+            // Ties go to the first of equals.
+            if votes <= left || votes < right || votes <= most(before) || votes < most(after) {
+                continue;
+            }
+            // The centre of mass of three cells: finer than a cell.
+            let mass = f32::from(left) + f32::from(votes) + f32::from(right);
+            let fraction = (f32::from(right) - f32::from(left)) / mass;
+            let rho = (cell as f32 + fraction) / self.bins_by_pixel - self.radius;
+            let rank = peaks.iter().position(|peak| peak.votes < votes).unwrap_or(peaks.len());
+            if peaks.is_full() {
+                truncated += 1;
+                if rank == peaks.len() {
                     continue;
                 }
-                // The centre of mass of three cells: finer than a cell.
-                let mass = f32::from(left) + f32::from(votes) + f32::from(right);
-                let fraction = (f32::from(right) - f32::from(left)) / mass;
-                let rho = (cell as f32 + fraction) / self.bins_by_pixel - self.radius;
-                let rank = peaks.iter().position(|peak| peak.votes < votes).unwrap_or(peaks.len());
-                if peaks.is_full() {
-                    truncated += 1;
-                    if rank == peaks.len() {
-                        continue;
-                    }
-                    peaks.truncate(MAX_PEAKS - 1);
-                }
-                let _ = peaks.insert(rank, Peak { votes, direction: pass.direction(bin), rho });
+                peaks.truncate(MAX_PEAKS - 1);
             }
+            let _ = peaks.insert(rank, Peak { votes, direction: pass.direction(bin), rho });
         }
         (peaks, truncated)
     }

@@ -1,5 +1,5 @@
 use crate::geometry::Camera;
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector4};
 
 /// Cells of the grid, and nodes with one ring beyond the picture.
 const CELLS: [usize; 2] = [20, 15];
@@ -58,30 +58,28 @@ impl<'a> LensGrid<'a> {
     ) -> Option<(Vector2<f32>, Vector2<f32>)> {
         let cell = pixel.component_mul(&self.cells_by_pixel);
         let split = |value: f32, cells: usize| {
-            let whole = (value.max(0.0) as usize).min(cells - 1);
+            let whole = (value as usize).min(cells - 1); // below 0 saturates
             (whole, value - whole as f32)
         };
         let (column, s) = split(cell.x, CELLS[0]);
         let (row, t) = split(cell.y, CELLS[1]);
-        let (across, down) = (weights(s), weights(t));
-        let mut shift = Vector2::zeros();
-        let mut by_cell = [Vector2::zeros(); 2];
+        let across = weights(s).map(|(weight, slope)| Vector4::new(weight, weight, slope, slope));
+        let down = weights(t);
+        // Of the shift and, in the last two, its derivatives: across the picture and down.
+        let (mut sum, mut sum_by_down) = (Vector4::zeros(), Vector2::zeros());
         let rows = self.shift.get(row * COLUMNS + column..)?.chunks(COLUMNS);
         for (nodes, weight_down) in rows.zip(down) {
             let nodes: &[_; 4] = nodes.first_chunk()?;
-            let mut along = [Vector2::zeros(); 2];
-            for (node, weight_across) in nodes.iter().zip(across) {
-                let node = Vector2::from(node.map(f32::from_bits));
-                along[0] += node * weight_across.0;
-                along[1] += node * weight_across.1;
+            let mut along = Vector4::zeros();
+            for (&[x, y], weights) in nodes.iter().zip(&across) {
+                along += Vector4::new(x, y, x, y).map(f32::from_bits).component_mul(weights);
             }
-            shift += along[0] * weight_down.0;
-            by_cell[0] += along[1] * weight_down.0;
-            by_cell[1] += along[0] * weight_down.1;
+            sum += along * weight_down.0;
+            sum_by_down += along.xy() * weight_down.1;
         }
         let moved = tangent.component_mul(&self.cells_by_pixel);
-        let ideal = pixel + shift;
-        let direction = tangent + by_cell[0] * moved.x + by_cell[1] * moved.y;
+        let ideal = pixel + sum.xy();
+        let direction = tangent + sum.fixed_rows::<2>(2) * moved.x + sum_by_down * moved.y;
         (ideal.x.is_finite() && ideal.y.is_finite()).then_some((ideal, direction))
     }
 }

@@ -41,6 +41,7 @@ mod extractor;
 mod fit;
 mod hough;
 mod lens;
+mod members;
 mod search;
 
 pub use config::ExtractConfig;

@@ -3,6 +3,7 @@ use super::edge::{EdgePoint, NO_OWNER, unit};
 use super::extraction::{Line, MAX_LINES};
 use super::fit::{Sampling, fit};
 use super::hough::{Accumulator, Pass, Peak, VOTE};
+use super::members::{gather, keep};
 use crate::sort::sort_by_key;
 use heapless::Vec;
 use nalgebra::Vector2;
@@ -43,7 +44,7 @@ impl Search<'_> {
         points: &mut [EdgePoint],
         memory: &mut [u16],
         lines: &mut Vec<Line, MAX_LINES>,
-        accept: impl Fn(&Line) -> bool,
+        accept: &dyn Fn(&Line) -> bool,
     ) -> Skipped {
         let mut accumulator = Accumulator::new(memory, pass, self.radius);
         accumulator.vote(points, pass, self.origin);
@@ -77,7 +78,8 @@ impl Search<'_> {
                         point.owner = owner;
                     }
                 }
-                in_pass = keep(points, all, in_pass, |point| point.owner == NO_OWNER);
+                in_pass =
+                    keep(points, all.get_mut(..in_pass).unwrap_or_default(), |point| point.owner == NO_OWNER);
             }
         }
         for point in points.iter_mut().filter(|point| point.owner == REFUSED) {
@@ -108,30 +110,29 @@ impl Search<'_> {
             let direction = line.direction();
             let (width, level) =
                 (if number == 0 { gate + cell } else { gate }, line.normal.dot(&line.centroid));
-            let near = |point: &EdgePoint| {
-                let turned = (point.direction.wrapping_sub(direction) as i8).unsigned_abs();
-                turned <= tolerance && (line.normal.dot(&point.position) - level).abs() <= width
+            let alike = |point: &EdgePoint| {
+                (point.direction.wrapping_sub(direction) as i8).unsigned_abs() <= tolerance
             };
+            let near = |point: &EdgePoint| (line.normal.dot(&point.position) - level).abs() <= width;
             let position =
                 |index: &u16| points.get(usize::from(*index)).map_or(0.0, |p| line.position(p.position));
             if number < WIDE_GATES {
-                count = gather(points, all, members, near);
+                count = gather(points, all, members, alike);
+                count = keep(points, members.get_mut(..count)?, near);
                 if (count as f32) < self.least_points() {
                     return None;
                 }
                 sort(members.get_mut(..count)?, position);
             } else {
                 // The line has hardly moved: its points are among those gathered last, and in order.
-                count = keep(points, members, count, near);
+                count = keep(points, members.get_mut(..count)?, |point| alike(point) & near(point));
             }
             let max_gap = self.config.max_gap_px.max(2.0 * self.sampling.stride as f32);
             run = longest_run(members.get(..count)?, position, max_gap);
             if (run.len() as f32) < self.least_points() {
                 return None;
             }
-            let chosen = members.get(run.clone())?;
-            let chosen = chosen.iter().filter_map(|index| points.get(usize::from(*index)));
-            line = fit(chosen, line.normal, self.sampling)?;
+            line = fit(points, members.get(run.clone())?, line.normal, self.sampling)?;
         }
         let density =
             f32::from(line.points) * self.sampling.stride as f32 / (line.length() * line.normal.amax());
@@ -170,45 +171,6 @@ impl Search<'_> {
 
 /// The point was on a line that did not stay: no later maximum of the pass may have it.
 const REFUSED: u8 = 253;
-
-/// Keeps the indices of the points to keep among the first `length`, in order; returns how many those are.
-fn keep(
-    points: &[EdgePoint],
-    indices: &mut [u16],
-    length: usize,
-    wanted: impl Fn(&EdgePoint) -> bool,
-) -> usize {
-    let mut left = 0;
-    for from in 0..length {
-        let Some(index) = indices.get(from).copied() else { break };
-        if points.get(usize::from(index)).is_some_and(&wanted)
-            && let Some(slot) = indices.get_mut(left)
-        {
-            *slot = index;
-            left += 1;
-        }
-    }
-    left
-}
-
-/// Lists the points to keep in `members`; returns how many fit.
-fn gather(
-    points: &[EdgePoint],
-    all: &[u16],
-    members: &mut [u16],
-    mut keep: impl FnMut(&EdgePoint) -> bool,
-) -> usize {
-    let mut slots = members.iter_mut();
-    let mut count = 0;
-    for index in all {
-        if points.get(usize::from(*index)).is_some_and(&mut keep) {
-            let Some(slot) = slots.next() else { break };
-            *slot = *index;
-            count += 1;
-        }
-    }
-    count
-}
 
 /// Sorts by position. Points come row by row, and along a line rows and columns rise or fall together: nearly sorted,
 /// perhaps backwards.
