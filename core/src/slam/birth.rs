@@ -289,17 +289,22 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         Ok(true)
     }
 
-    /// Where a measurement's landmark would lie, for passing over landmarks that are far from it.
+    /// Where a measurement's landmark would lie, for passing over landmarks that are far from it; `None` where it fixes no
+    /// point.
     pub(super) fn nearby(&self, measurement: &Measurement<T>) -> Option<Nearby<T>> {
-        let plain = self.config.mount_std.is_none()
-            && matches!(measurement, Measurement::RangeBearing { .. } | Measurement::Point { .. });
-        if !plain {
-            return None;
-        }
-        let Seed { point, covariance, .. } = self.seed(measurement).ok()?;
-        let pose = self.covariance_at(0, 0) + self.covariance_at(1, 1);
+        let Seed { point, covariance, by_mount } = self.seed(measurement).ok()?;
         let heading = self.covariance_at(2, 2) * point.norm_squared();
-        Some(Nearby { point, variance: covariance.trace() + T::lit(3.0) * (pose + heading) })
+        let mount = self.mount_error_covariance();
+        let mount = mount.map_or(T::zero(), |own| (by_mount * own * by_mount.transpose()).trace());
+        Some(Nearby { point, variance: covariance.trace() + T::lit(3.0) * (heading + mount) })
+    }
+
+    /// Trace of the covariance of a landmark's position less the robot's.
+    pub(super) fn relative_variance(&self, landmark: &Landmark<T>) -> T {
+        let at = |row, column| self.covariance_at(row, column);
+        let along =
+            |robot, landmark| at(robot, robot) + at(landmark, landmark) - T::lit(2.0) * at(robot, landmark);
+        (along(0, landmark.offset) + along(1, landmark.offset + 1)).max(T::zero())
     }
 
     /// The difference of two measurements made at once, squared and by their noise; `None` where one has no point.
@@ -338,10 +343,11 @@ pub(super) struct Nearby<T> {
 }
 
 impl<T: Real> Nearby<T> {
-    /// Whether a landmark of this variance in sight at `point` is beyond `nis` for certain: the covariance of the
-    /// difference has no larger eigenvalue than the variances' sum allows (Cauchy's inequality, three terms).
-    pub(super) fn excludes(&self, point: &Vector2<T>, variance: T, nis: T) -> bool {
+    /// Whether a landmark in sight at `point`, of this variance relative to the robot, is beyond `nis` for certain: no
+    /// eigenvalue of the difference's covariance is above the noise's trace and three times those of the three parts that
+    /// are correlated (Cauchy's inequality).
+    pub(super) fn excludes(&self, point: &Vector2<T>, relative: T, nis: T) -> bool {
         // Twice the bound, for what linearisation leaves out.
-        (self.point - point).norm_squared() > T::lit(2.0) * nis * (self.variance + T::lit(3.0) * variance)
+        (self.point - point).norm_squared() > T::lit(2.0) * nis * (self.variance + T::lit(3.0) * relative)
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! A frame's measurements pass through five steps:
 //!
-//! 1. *Candidates*: pairs of measurement and landmark whose normalised innovation is below the match threshold.
+//! 1. *Candidates*: pairs of measurement and landmark whose normalised innovation is below the match threshold; where there
+//!    is none, below the birth threshold.
 //! 2. *Pairing*: each measurement and each landmark at most once, by joint compatibility or exclusive nearest.
 //! 3. *Update* of the pairs, all together. Measurements that another association names go through the first three steps
 //!    before the others.
@@ -16,6 +17,7 @@
 mod config;
 mod merging;
 mod pairing;
+mod stacked;
 mod upkeep;
 
 pub use config::{Feature, Hint, MapConfig, MapReport, Pairing, View};

@@ -75,17 +75,20 @@ pub(super) fn times<T: Real>(p: TriangleRef<'_, T>, rows: &[Row<T>], out: [&mut 
     }
 }
 
-/// H P Gᵀ of two sparse pairs of rows: what joint compatibility and a gate need.
-pub(super) fn cross<T: Real>(at: impl Fn(usize, usize) -> T, h: &[Row<T>], g: &[Row<T>]) -> Matrix2<T> {
-    let mut sum = Matrix2::zeros();
-    for left in h {
-        for right in g {
-            let (i, j) = (left.column, right.column);
-            let block = Matrix2::new(at(i, j), at(i, j + 1), at(i + 1, j), at(i + 1, j + 1));
-            sum += left.matrix() * block * right.matrix().transpose();
-        }
-    }
-    sum
+/// A row of P Hᵀ, given the row's entries in two columns side by side.
+pub(super) fn times_row<T: Real>(side_by_side: impl Fn(usize) -> [T; 2], h: &[Row<T>]) -> [T; 2] {
+    h.iter().fold([T::zero(); 2], |[first, second], pair| {
+        let ([left, right], [[a0, a1], [b0, b1]]) = (side_by_side(pair.column), pair.coefficients);
+        [first + (a0 * left + a1 * right), second + (b0 * left + b1 * right)]
+    })
+}
+
+/// H P Gᵀ of two sparse pairs of rows, what joint compatibility and a gate need, given the rows of P Gᵀ.
+pub(super) fn cross<T: Real>(h: &[Row<T>], times_row: impl Fn(usize) -> [T; 2]) -> Matrix2<T> {
+    h.iter().fold(Matrix2::zeros(), |sum, pair| {
+        let [left, right] = [times_row(pair.column), times_row(pair.column + 1)];
+        sum + pair.matrix() * Matrix2::new(left[0], left[1], right[0], right[1])
+    })
 }
 
 /// P ← P − Σ w wᵀ (+ a bᵀ + b aᵀ), one pass over the memory, two rows at a time: what is read of a vector serves both.

@@ -48,6 +48,15 @@ impl<'a, T: Real> TriangleRef<'a, T> {
         self.data[row_start(self.capacity, row) + column - row]
     }
 
+    /// The entries in `column` and the next one.
+    pub(super) fn side_by_side(&self, row: usize, column: usize) -> [T; 2] {
+        let below = row > column;
+        let (first, last) = if below { (column, row) } else { (row, column) };
+        let at = row_start(self.capacity, first) + last - first;
+        // Below the diagonal the neighbour lies in the next row.
+        [self.data[at], self.data[at + if below { self.capacity - 1 - column } else { 1 }]]
+    }
+
     /// Columns `row..size` of a row.
     pub(super) fn row(&self, row: usize) -> &'a [T] {
         let start = row_start(self.capacity, row);

@@ -4,6 +4,7 @@ use crate::Real;
 use crate::geometry::{Mount, Pose, RangeFinder};
 use crate::slam::factored;
 use crate::slam::landmark::{Form, Landmark};
+use crate::slam::model::Row;
 use crate::slam::packed;
 use nalgebra::{Matrix2, Matrix3, Matrix4, Vector2, Vector4};
 
@@ -55,7 +56,27 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     pub fn position_covariance(&self, landmark: &Landmark<T>) -> Option<Matrix2<T>> {
         self.position(landmark)?;
         let rows = self.position_rows(landmark);
-        Some(packed::cross(|row, column| self.covariance_at(row, column), &rows, &rows))
+        Some(self.cross(&rows))
+    }
+
+    /// Row `i` of P Hᵀ. Zero outside.
+    pub(in crate::slam) fn times_row(&self, i: usize, rows: &[Row<T>]) -> [T; 2] {
+        let p = self.triangle();
+        if i >= p.size {
+            return [T::zero(); 2];
+        }
+        match self.config.covariance {
+            Covariance::Packed => packed::times_row(|column| p.side_by_side(i, column), rows),
+            Covariance::Factored => {
+                let at = |column| factored::covariance_at(p, i, column);
+                packed::times_row(|column| [at(column), at(column + 1)], rows)
+            }
+        }
+    }
+
+    /// H P Hᵀ.
+    pub(in crate::slam) fn cross(&self, rows: &[Row<T>]) -> Matrix2<T> {
+        packed::cross(rows, |i| self.times_row(i, rows))
     }
 
     /// Errors of the mount's height (m), tilt, roll, yaw (rad), where they are states: true minus assumed.

@@ -3,53 +3,16 @@
 //! Two points are one when they are as close as their joint covariance has it, and so surely that there is no room for
 //! another landmark: they go through the same search as a frame's measurements, all pairs together. Where the drift since
 //! the older ones were seen is large no pair is sure by itself, anything would have fitted; several that agree are.
+use super::stacked::{Pair, Pairs, Stacked};
 use super::{Map, MapConfig, MapReport};
 use crate::Real;
 use crate::association::{
-    Candidate, Correlated, MAX_JOINT_CANDIDATES, MAX_PAIRS, cholesky, forward, joint_compatibility,
-    sort_for_search,
+    Candidate, MAX_JOINT_CANDIDATES, MAX_PAIRS, cholesky, forward, joint_compatibility, sort_for_search,
 };
 use crate::slam::landmark::{Form, Landmark, Status};
 use crate::slam::model::{Row, Rows};
-use crate::slam::packed;
 use crate::slam::update::{Absorbed, Decision, Outcome, Pending};
-use nalgebra::{Matrix2, Vector2};
-
-/// A landmark that is seen and one nearby that is not.
-struct Pair<T> {
-    /// b − a.
-    difference: Vector2<T>,
-    rows: Rows<T>,
-}
-
-struct Pairs<'a, T, F> {
-    pairs: &'a [Pair<T>],
-    covariance_at: F,
-    noise: Matrix2<T>,
-    offset: T,
-}
-
-impl<T: Real, F: Fn(usize, usize) -> T> Correlated<T> for Pairs<'_, T, F> {
-    fn innovation(&self, candidate: usize) -> Vector2<T> {
-        self.pairs.get(candidate).map_or_else(Vector2::zeros, |pair| pair.difference)
-    }
-
-    fn covariance(&self, left: usize, right: usize) -> Matrix2<T> {
-        let (Some(a), Some(b)) = (self.pairs.get(left), self.pairs.get(right)) else {
-            return Matrix2::zeros();
-        };
-        let from_state = packed::cross(&self.covariance_at, &a.rows, &b.rows);
-        if left == right { from_state + self.noise } else { from_state }
-    }
-
-    fn noise(&self, _: usize) -> Matrix2<T> {
-        self.noise
-    }
-
-    fn offset(&self, _: usize) -> T {
-        self.offset
-    }
-}
+use nalgebra::Matrix2;
 
 impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landmark<T>]>> Map<T, S, L> {
     /// Makes one of every landmark seen in this frame and its duplicate.
@@ -60,14 +23,10 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             return;
         }
         sort_for_search(&mut candidates);
-        let pairs: heapless::Vec<_, MAX_JOINT_CANDIDATES> =
-            candidates.iter().filter_map(|one| self.pair_of(one.observation, one.landmark)).collect();
-        let correlated = Pairs {
-            pairs: &pairs,
-            covariance_at: |row, column| self.filter.covariance_at(row, column),
-            noise: self.merge_noise(),
-            offset: self.merge_offset(),
-        };
+        let pair = |one: &Candidate<T>| self.pair_of(one.observation, one.landmark);
+        let stacked = candidates.iter().filter_map(pair).map(|pair| Stacked::new(&self.filter, pair));
+        let pairs: heapless::Vec<_, MAX_JOINT_CANDIDATES> = stacked.collect();
+        let correlated = Pairs { pairs: &pairs, filter: &self.filter };
         let MapConfig { joint_nodes, ambiguity, caution, .. } = self.config;
         let found = joint_compatibility(&candidates, &correlated, joint_nodes, ambiguity, caution);
         let id = |slot: usize| self.filter.landmarks().get(slot).map(|landmark| landmark.id);
@@ -93,16 +52,13 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         let [_, gate] = self.config.match_nis;
         for (seen, _) in points().filter(|(_, landmark)| landmark.last_frame == self.frame) {
             for (unseen, _) in points().filter(|(_, landmark)| unseen(landmark)) {
-                let Some(Pair { difference, rows }) = self.pair_of(seen, unseen) else { continue };
-                if difference.norm() > self.config.merge_distance {
+                let Some(Pair { innovation, noise, offset, rows }) = self.pair_of(seen, unseen) else {
                     continue;
-                }
-                let covariance_at = |row, column| self.filter.covariance_at(row, column);
-                let covariance = packed::cross(covariance_at, &rows, &rows) + self.merge_noise();
-                let Some(root) = cholesky(&covariance) else { continue };
-                let ([l11, _, l22], nis) = (root, forward(&root, &difference).norm_squared());
+                };
+                let Some(root) = cholesky(&(self.filter.cross(&rows) + noise)) else { continue };
+                let ([l11, _, l22], nis) = (root, forward(&root, &innovation).norm_squared());
                 if nis <= gate {
-                    let cost = nis + T::lit(2.0) * (l11 * l22).ln() + self.merge_offset();
+                    let cost = nis + T::lit(2.0) * (l11 * l22).ln() + offset;
                     let _ = near.push(Candidate { observation: seen, landmark: unseen, cost, nis, dof: 2 }); // else next time
                 }
             }
@@ -110,22 +66,23 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         near
     }
 
+    /// The two as one landmark seen twice; `None` where they are too far apart.
     fn pair_of(&self, seen: usize, unseen: usize) -> Option<Pair<T>> {
         let landmarks = self.filter.landmarks();
         let (a, b) = (landmarks.get(seen)?, landmarks.get(unseen)?);
-        let difference = self.filter.position(b)? - self.filter.position(a)?;
-        Some(Pair { difference, rows: difference_rows(a, b) })
+        let innovation = self.filter.position(b)? - self.filter.position(a)?;
+        (innovation.norm() <= self.config.merge_distance).then(|| Pair {
+            innovation,
+            noise: self.merge_noise(),
+            offset: T::lit(2.0) * (T::two_pi() * self.config.density).ln(),
+            rows: difference_rows(a, b),
+        })
     }
 
     /// How far apart a landmark may be from itself: it also makes up for what rounding takes from the covariance.
     fn merge_noise(&self) -> Matrix2<T> {
         let std = self.config.merge_distance * T::lit(0.05);
         Matrix2::identity() * (std * std)
-    }
-
-    /// 2 ln 2π + 2 ln λ.
-    fn merge_offset(&self) -> T {
-        T::lit(2.0) * (T::two_pi() * self.config.density).ln()
     }
 
     /// Makes two landmarks one: a measurement of no distance between them, then the younger record goes.

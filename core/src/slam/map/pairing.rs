@@ -1,31 +1,17 @@
 //! Candidates, pairing and update of a frame: which measurement is of which landmark.
+use super::stacked::{Pair, Pairs, Stacked};
 use super::{Feature, Hint, MAX_FEATURES, Map, MapConfig, MapReport, Pairing};
 use crate::Real;
 use crate::association::{
-    Candidate, Correlated, MAX_CANDIDATES, MAX_JOINT_CANDIDATES, MAX_PAIRS, cholesky, exclusive_nearest,
+    Candidate, MAX_CANDIDATES, MAX_JOINT_CANDIDATES, MAX_PAIRS, cholesky, exclusive_nearest,
     joint_compatibility, normalised_square, sort_for_search,
 };
 use crate::geometry::RangeFinder;
 use crate::slam::birth::Nearby;
 use crate::slam::landmark::{Form, Landmark, Status};
 use crate::slam::measurement::Measurement;
-use crate::slam::model::{Linearised, Rows};
-use crate::slam::packed;
+use crate::slam::model::Linearised;
 use crate::slam::update::{Decision, Outcome, Pending};
-use nalgebra::{Matrix2, Vector2};
-
-/// What the joint search must know of a pair; a frame has up to [`MAX_JOINT_CANDIDATES`] of them on the stack.
-struct Pair<T> {
-    innovation: Vector2<T>,
-    noise: Matrix2<T>,
-    offset: T,
-    rows: Rows<T>,
-}
-
-struct Pairs<'a, T, F> {
-    pairs: &'a [Pair<T>],
-    covariance_at: F,
-}
 
 /// n ln 2π + 2 ln(λ |∂l/∂z|): what the cost of a pair has beside νᵀS⁻¹ν + ln|S|.
 fn offset<T: Real>(linear: &Linearised<T>, form: Form, density: T) -> T {
@@ -36,28 +22,6 @@ fn offset<T: Real>(linear: &Linearised<T>, form: Form, density: T) -> T {
     }
     let by_landmark = linear.by_landmark.fixed_columns::<2>(0).determinant().abs();
     two * (T::two_pi() * density / by_landmark.max(T::default_epsilon())).ln()
-}
-
-impl<T: Real, F: Fn(usize, usize) -> T> Correlated<T> for Pairs<'_, T, F> {
-    fn innovation(&self, candidate: usize) -> Vector2<T> {
-        self.pairs.get(candidate).map_or_else(Vector2::zeros, |pair| pair.innovation)
-    }
-
-    fn covariance(&self, left: usize, right: usize) -> Matrix2<T> {
-        let (Some(a), Some(b)) = (self.pairs.get(left), self.pairs.get(right)) else {
-            return Matrix2::zeros();
-        };
-        let from_state = packed::cross(&self.covariance_at, &a.rows, &b.rows);
-        if left == right { from_state + a.noise } else { from_state }
-    }
-
-    fn noise(&self, candidate: usize) -> Matrix2<T> {
-        self.pairs.get(candidate).map_or_else(Matrix2::zeros, |pair| pair.noise)
-    }
-
-    fn offset(&self, candidate: usize) -> T {
-        self.pairs.get(candidate).map_or(T::zero(), |pair| pair.offset)
-    }
 }
 
 impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landmark<T>]>> Map<T, S, L> {
@@ -215,11 +179,10 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                 continue;
             }
             let now = self.filter.relative_at(landmark, heading);
-            let at = landmark.offset;
-            let variance = self.filter.covariance_at(at, at) + self.filter.covariance_at(at + 1, at + 1);
             let far = |near: &Nearby<T>| {
                 let point = now.point().filter(|_| landmark.form == Form::Point);
-                point.is_some_and(|point| near.excludes(&point, variance, self.config.birth_nis))
+                let relative = self.filter.relative_variance(landmark);
+                point.is_some_and(|point| near.excludes(&point, relative, self.config.birth_nis))
             };
             if !named && nearby.as_ref().is_some_and(far) {
                 continue;
@@ -228,8 +191,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                 continue;
             };
             let rows = linear.rows(landmark.offset, landmark.form, self.filter.config().mount_std.is_some());
-            let at = |row, column| self.filter.covariance_at(row, column);
-            let total = packed::cross(at, &rows, &rows) + linear.noise;
+            let total = self.filter.cross(&rows) + linear.noise;
             let (Some(nis), Some([l11, _, l22])) =
                 (normalised_square(&linear.innovation, &total), cholesky(&total))
             else {
@@ -284,8 +246,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         let Some(pairs) = self.pairs(features, candidates, finder) else {
             return exclusive_nearest(candidates);
         };
-        let covariance_at = |row, column| self.filter.covariance_at(row, column);
-        let correlated = Pairs { pairs: &pairs, covariance_at };
+        let correlated = Pairs { pairs: &pairs, filter: &self.filter };
         let MapConfig { joint_nodes, ambiguity, caution, .. } = self.config;
         let result = joint_compatibility(candidates, &correlated, joint_nodes, ambiguity, caution);
         report.ambiguous += result.ambiguous as u32;
@@ -300,18 +261,19 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         features: &[Feature<T>],
         candidates: &[Candidate<T>],
         finder: Option<&RangeFinder<T>>,
-    ) -> Option<heapless::Vec<Pair<T>, MAX_JOINT_CANDIDATES>> {
+    ) -> Option<heapless::Vec<Stacked<T>, MAX_JOINT_CANDIDATES>> {
         let with_mount = self.filter.config().mount_std.is_some();
         let pair = |candidate: &Candidate<T>| {
             let measurement = &features.get(candidate.observation)?.measurement;
             let Landmark { offset: at, form, .. } = *self.filter.landmarks().get(candidate.landmark)?;
             let linear = self.linearise(candidate.landmark, measurement, finder)?;
-            Some(Pair {
+            let pair = Pair {
                 innovation: linear.innovation,
                 noise: linear.noise,
                 offset: offset(&linear, form, self.config.density),
                 rows: linear.rows(at, form, with_mount),
-            })
+            };
+            Some(Stacked::new(&self.filter, pair))
         };
         candidates.iter().map(pair).collect()
     }
