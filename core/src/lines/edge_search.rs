@@ -1,7 +1,6 @@
 #![allow(clippy::indexing_slicing, reason = "kernel: a bit's number is masked to its window")]
 use super::edge::{EdgeList, EdgePoint, Profile, maximum, steps_from_direction};
 use crate::image::{GRADIENT_ZERO, MARGIN, OpeningRows, close_row, mask_bit, open_row, threshold_row};
-use core::ops::Range;
 
 /// What an edge can be, by the direction of its gradient.
 pub(super) const VERTICAL: u8 = 1;
@@ -63,13 +62,11 @@ impl EdgeSearch<'_> {
         for (word, bits) in opening.newest(centre).iter().enumerate().filter(|(_, bits)| **bits != 0) {
             let along = window(at.0, 32 * word, 1, first);
             let across = window(at.1, 32 * word, 1, second);
-            for_each_run(*bits, |run| {
-                steep_maxima(along, run, |bit| {
-                    if let Some(profile) = steep_profile(along, across, bit) {
-                        take(32 * word + bit, profile);
-                    }
-                });
-            });
+            for bit in ones(steep_maxima(along, *bits)) {
+                if let Some(profile) = steep_profile(along, across, bit) {
+                    take(32 * word + bit, profile);
+                }
+            }
         }
         if !in_region {
             return;
@@ -84,29 +81,26 @@ impl EdgeSearch<'_> {
                 .map(|(row, spare)| window(row, 32 * word, 0, spare));
             let across = [(above.0, &mut *d), (at.0, &mut *e), (below.0, &mut *f)]
                 .map(|(row, spare)| window(row, 32 * word, 0, spare));
-            for_each_run(*bits, |run| {
-                flat_maxima(&along, run, |bit| {
-                    // Closing adds weak pixels.
-                    if let Some(profile) = flat_profile(&along, &across, bit)
-                        && profile[1].1.unsigned_abs() >= u32::from(self.threshold)
-                    {
-                        take(32 * word + bit, profile);
-                    }
-                });
-            });
+            for bit in ones(flat_maxima(&along, *bits)) {
+                // Closing adds weak pixels.
+                if let Some(profile) = flat_profile(&along, &across, bit)
+                    && profile[1].1.unsigned_abs() >= u32::from(self.threshold)
+                {
+                    take(32 * word + bit, profile);
+                }
+            }
         }
     }
 }
 
-/// Calls `visit` with the runs of bits that are set.
-fn for_each_run(bits: u32, mut visit: impl FnMut(Range<usize>)) {
+/// The places of the bits that are set.
+fn ones(bits: u32) -> impl Iterator<Item = usize> {
     let mut left = bits;
-    while left != 0 {
-        let start = left.trailing_zeros();
-        let end = start + (left >> start).trailing_ones();
-        visit(start as usize..end as usize);
-        left &= u32::MAX.checked_shl(end).unwrap_or(0);
-    }
+    core::iter::from_fn(move || {
+        let bit = left.trailing_zeros();
+        left &= left.wrapping_sub(1);
+        (bit < 32).then_some(bit as usize)
+    })
 }
 
 /// Values of a row from `start` − `before` on; in `spare`, with more than any gradient beyond the row's ends, where those are in
@@ -137,31 +131,25 @@ fn size(gradient: u16) -> u32 {
     signed(gradient).unsigned_abs()
 }
 
-/// Calls `visit` with the bits of a run at which |G_u| has a maximum along the row, the first of equals; value 0 of the window
-/// comes before bit 0.
-#[inline]
-fn steep_maxima(u: &[u16; 34], run: Range<usize>, mut visit: impl FnMut(usize)) {
-    let first = run.start & 31;
-    let (mut before, mut at) = (size(u[first]), size(u[first + 1]));
-    for (bit, after) in run.zip(u.iter().skip(first + 2)) {
-        let after = size(*after);
-        if at > before && at >= after {
-            visit(bit);
-        }
-        (before, at) = (at, after);
+/// Those of the bits at which a size is a maximum among three, the first of equals. Whether it is cannot be foreseen: no branch.
+#[inline(always)]
+fn maxima(bits: u32, sizes: impl Fn(usize) -> [u32; 3]) -> u32 {
+    let mut found = 0;
+    for bit in ones(bits) {
+        let [before, at, after] = sizes(bit);
+        found |= u32::from((at > before) & (at >= after)) << bit;
     }
+    found
 }
 
-/// Calls `visit` with the bits of a run at which |G_v| has a maximum along the column, the first of equals.
-#[inline]
-fn flat_maxima(v: &[&[u16; 32]; 3], run: Range<usize>, mut visit: impl FnMut(usize)) {
-    let [above, at, below] = v.map(|row| row.iter().skip(run.start));
-    for (bit, ((above, at), below)) in run.zip(above.zip(at).zip(below)) {
-        let at = size(*at);
-        if at > size(*above) && at >= size(*below) {
-            visit(bit);
-        }
-    }
+/// The bits at which |G_u| has a maximum along the row; value 0 of the window comes before bit 0.
+fn steep_maxima(u: &[u16; 34], bits: u32) -> u32 {
+    maxima(bits, |bit| [0, 1, 2].map(|k| size(u[(bit & 31) + k])))
+}
+
+/// The bits at which |G_v| has a maximum along the column.
+fn flat_maxima(v: &[&[u16; 32]; 3], bits: u32) -> u32 {
+    maxima(bits, |bit| v.map(|row| size(row[bit & 31])))
 }
 
 /// The gradients at a bit and its neighbours in the row, if |G_u| is not below |G_v| there.
@@ -190,15 +178,11 @@ mod tests {
     }
 
     #[test]
-    fn runs_are_found_also_at_both_ends() {
-        let runs = |bits| {
-            let mut found = vec![];
-            for_each_run(bits, |run| found.push(run));
-            found
-        };
-        assert_eq!(runs(0), []);
-        assert_eq!(runs(u32::MAX).first(), Some(&(0..32)));
-        assert_eq!(runs(0b1000_0000_0000_0000_0000_0000_0110_1101), [0..1, 2..4, 5..7, 31..32]);
+    fn ones_are_found_also_at_both_ends() {
+        let found = |bits| ones(bits).collect::<Vec<_>>();
+        assert_eq!(found(0), []);
+        assert_eq!(found(u32::MAX), (0..32).collect::<Vec<_>>());
+        assert_eq!(found(0b1000_0000_0000_0000_0000_0000_0110_1101), [0, 2, 3, 5, 6, 31]);
     }
 
     #[test]
@@ -209,9 +193,9 @@ mod tests {
         for (other, expected) in [(0, vec![3, 5]), (8, vec![5]), (9, vec![])] {
             let row = stored(&[other; 9]);
             let across = window(&row, 0, 1, second);
-            let mut found = vec![];
-            steep_maxima(along, 0..9, |bit| found.extend(steep_profile(along, across, bit).map(|_| bit)));
-            assert_eq!(found, expected);
+            let found =
+                ones(steep_maxima(along, 0x1ff)).filter(|bit| steep_profile(along, across, *bit).is_some());
+            assert_eq!(found.collect::<Vec<_>>(), expected);
         }
     }
 
@@ -227,9 +211,9 @@ mod tests {
         };
         let (along, across) = (padded(along), padded(across));
         let (along, across) = (along.each_ref(), across.each_ref());
-        let mut found = vec![];
-        flat_maxima(&along, 0..6, |bit| found.extend(flat_profile(&along, &across, bit).map(|_| bit)));
-        assert_eq!(found, [0]);
+        let found =
+            ones(flat_maxima(&along, 0x3f)).filter(|bit| flat_profile(&along, &across, *bit).is_some());
+        assert_eq!(found.collect::<Vec<_>>(), [0]);
         assert_eq!(flat_profile(&along, &across, 0), Some([(0, 5), (0, 9), (0, 9)]));
     }
 

@@ -10,6 +10,8 @@
 //!      → Hough by gradient direction, a kind and polarity at a time    hough.rs
 //!      → weighted total least squares, segments                fit.rs, search.rs
 //!      → crossings with support, covariance                    corner.rs  (7)
+//!
+//! members.rs   lists of points by their indices: those near a line, those of each line
 //! ```
 //!
 //! | symbol | in code | unit |
