@@ -11,9 +11,11 @@
 //! memory for up to [`BATCH`](super::filter::BATCH) of them, and the invariant filter's reset rides on the same
 //! pass. Every sum is elementwise, so vector instructions do not change a bit.
 #![allow(clippy::indexing_slicing, reason = "kernel: all vectors are sliced to the triangle's size first")]
+use super::filter::BATCH;
 use super::model::Row;
 use super::triangle::{Triangle, TriangleRef};
 use crate::Real;
+use crate::vectors::{Kernel, widest};
 use nalgebra::{Matrix2, Matrix3, Matrix3x4, Matrix4};
 
 /// P ← F P Fᵀ + Q, F = I + (shift) e_θᵀ: the prediction (12), of the robot's rows alone.
@@ -91,53 +93,157 @@ pub(super) fn cross<T: Real>(at: impl Fn(usize, usize) -> T, h: &[Row<T>], g: &[
 /// P ← P − Σ w wᵀ (+ a bᵀ + b aᵀ), one pass over the memory, two rows at a time: what is read of a vector serves both.
 pub(super) fn downdate<T: Real>(p: &mut Triangle<'_, T>, pairs: &[[&[T]; 2]], reset: Option<[&[T]; 2]>) {
     let size = p.size;
-    for i in (0..size).step_by(2) {
-        let [upper, lower] = p.two_rows_mut(i);
-        // The lower row's, or what stands in for it where there is none.
-        let next = (i + 1).min(size - 1);
-        let mut rest = pairs;
-        if let Some([a, b]) = reset {
-            if let [[u, v], tail @ ..] = rest {
-                let factors = [i, next].map(|at| [-u[at], -v[at], b[at], a[at]]);
-                add4(upper, lower, factors, [&u[i..], &v[i..], &a[i..], &b[i..]]);
-                rest = tail;
-            } else {
-                let factors = [i, next].map(|at| [b[at], a[at]]);
-                add2(upper, lower, factors, [&a[i..], &b[i..]]);
+    let minus = |vector| Term { sign: -T::one(), factor: vector, along: vector };
+    let plus = |factor, along| Term { sign: T::one(), factor, along };
+    let mut terms = heapless::Vec::<Term<'_, T>, { 2 * BATCH + 2 }>::new();
+    let mut pairs = pairs.iter();
+    let mut next = |terms: &mut heapless::Vec<_, _>| 
+        if let Some([u, v]) = pairs.next() {
+            let _ = terms.extend([minus(&u[..size]), minus(&v[..size])]);
+            true
+        } else { false };
+    next(&mut terms);
+    if let Some([a, b]) = reset {
+        let (a, b) = (&a[..size], &b[..size]);
+        terms.extend([plus(b, a), plus(a, b)]);
+    }
+    while next(&mut terms) {}
+    widest(Downdate { p, terms: &terms });
+}
+
+#[derive(Clone, Copy)]
+struct Term<'a, T> {
+    sign: T,
+    factor: &'a [T],
+    along: &'a [T],
+}
+
+struct Downdate<'a, 'b, T> {
+    p: &'a mut Triangle<'b, T>,
+    terms: &'a [Term<'a, T>],
+}
+
+const BLOCK: usize = 16;
+
+impl<T: Real> Kernel for Downdate<'_, '_, T> {
+    #[inline(always)]
+    fn run<const COPY: usize>(self) {
+        let size = self.p.size;
+        let (fours, rest) = self.terms.as_chunks::<4>();
+        for start in (0..size).step_by(BLOCK) {
+            for four in fours {
+                self.p.pairs4::<COPY>(start, *four);
+            }
+            if let [a, b] = rest {
+                self.p.pairs2::<COPY>(start, [*a, *b]);
             }
         }
-        while let [[u, v], [s, t], tail @ ..] = rest {
-            let factors = [i, next].map(|at| [-u[at], -v[at], -s[at], -t[at]]);
-            add4(upper, lower, factors, [&u[i..], &v[i..], &s[i..], &t[i..]]);
-            rest = tail;
+    }
+}
+
+impl<T: Real> Triangle<'_, T> {
+    #[inline(always)]
+    fn pairs4<const COPY: usize>(&mut self, start: usize, [a, b, c, d]: [Term<'_, T>; 4]) {
+        let size = self.size;
+        let (fa, fb, fc, fd) = (&a.factor[..size], &b.factor[..size], &c.factor[..size], &d.factor[..size]);
+        let (va, vb, vc, vd) = (&a.along[..size], &b.along[..size], &c.along[..size], &d.along[..size]);
+        let end = (start + BLOCK).min(size);
+        let mut i = start;
+        while i < end {
+            let [upper, lower] = self.two_rows_mut(i);
+            let above = [a.sign * fa[i], b.sign * fb[i], c.sign * fc[i], d.sign * fd[i]];
+            upper[0] += sum4(above, va[i], vb[i], vc[i], vd[i]);
+            let next = i + 1;
+            if next < size {
+                let below = [a.sign * fa[next], b.sign * fb[next], c.sign * fc[next], d.sign * fd[next]];
+                add4::<T, COPY>(&mut upper[1..], lower, above, below, &va[next..], &vb[next..], &vc[next..], &vd[next..]);
+            }
+            i += 2;
         }
-        if let [[u, v]] = rest {
-            add2(upper, lower, [i, next].map(|at| [-u[at], -v[at]]), [&u[i..], &v[i..]]);
+    }
+
+    #[inline(always)]
+    fn pairs2<const COPY: usize>(&mut self, start: usize, [a, b]: [Term<'_, T>; 2]) {
+        let size = self.size;
+        let (fa, fb) = (&a.factor[..size], &b.factor[..size]);
+        let (va, vb) = (&a.along[..size], &b.along[..size]);
+        let end = (start + BLOCK).min(size);
+        let mut i = start;
+        while i < end {
+            let [upper, lower] = self.two_rows_mut(i);
+            let above = [a.sign * fa[i], b.sign * fb[i]];
+            upper[0] += sum2(above, va[i], vb[i]);
+            let next = i + 1;
+            if next < size {
+                let below = [a.sign * fa[next], b.sign * fb[next]];
+                add2::<T, COPY>(&mut upper[1..], lower, above, below, &va[next..], &vb[next..]);
+            }
+            i += 2;
         }
     }
 }
 
-/// entry += Σ factor · vector for two rows, of which the lower begins a column later. Not inlined: as arguments the rows
-/// are known not to overlap, and vector instructions need not ask.
-#[inline(never)]
-fn add2<T: Real>(upper: &mut [T], lower: &mut [T], [above, below]: [[T; 2]; 2], [u, v]: [&[T]; 2]) {
-    let sum = |[f, g]: [T; 2], u: T, v: T| f * u + g * v;
-    upper[0] += sum(above, u[0], v[0]);
-    for (((x, y), u), v) in upper[1..].iter_mut().zip(lower).zip(&u[1..]).zip(&v[1..]) {
-        *x += sum(above, *u, *v);
-        *y += sum(below, *u, *v);
+#[inline(always)]
+fn sum2<T: Real>([f, g]: [T; 2], u: T, v: T) -> T {
+    f * u + g * v
+}
+
+#[inline(always)]
+fn sum4<T: Real>([f, g, h, k]: [T; 4], u: T, v: T, s: T, t: T) -> T {
+    (f * u + g * v) + (h * s + k * t)
+}
+
+#[inline]
+fn add2<T: Real, const COPY: usize>(upper: &mut [T], lower: &mut [T], above: [T; 2], below: [T; 2], u: &[T], v: &[T]) {
+    let count = lower.len();
+    let upper = &mut upper[..count];
+    let (u, v) = (&u[..count], &v[..count]);
+    let whole = count & !7;
+    run2(upper, lower, above, below, u, v, 0, whole);
+    if count & 4 != 0 {
+        run2(upper, lower, above, below, u, v, whole, 4);
+    }
+    if count & 2 != 0 {
+        run2(upper, lower, above, below, u, v, count & !3, 2);
+    }
+    if count & 1 != 0 {
+        run2(upper, lower, above, below, u, v, count & !1, 1);
+    }
+}
+#[inline(always)]
+fn run2<T: Real>(upper: &mut [T], lower: &mut [T], above: [T; 2], below: [T; 2], u: &[T], v: &[T], start: usize, count: usize) {
+    let range = start..start + count;
+    let (upper, lower) = (&mut upper[range.clone()], &mut lower[range.clone()]);
+    for (((x, y), u), v) in upper.iter_mut().zip(lower).zip(&u[range.clone()]).zip(&v[range.clone()]) {
+        *x += sum2(above, *u, *v);
+        *y += sum2(below, *u, *v);
     }
 }
 
-/// As [`add2`], of four vectors.
-#[inline(never)]
-fn add4<T: Real>(upper: &mut [T], lower: &mut [T], [above, below]: [[T; 4]; 2], [u, v, s, t]: [&[T]; 4]) {
-    let sum = |[f, g, h, k]: [T; 4], u: T, v: T, s: T, t: T| (f * u + g * v) + (h * s + k * t);
-    upper[0] += sum(above, u[0], v[0], s[0], t[0]);
-    let vectors = u[1..].iter().zip(&v[1..]).zip(&s[1..]).zip(&t[1..]);
-    for ((x, y), (((u, v), s), t)) in upper[1..].iter_mut().zip(lower).zip(vectors) {
-        *x += sum(above, *u, *v, *s, *t);
-        *y += sum(below, *u, *v, *s, *t);
+#[inline]
+fn add4<T: Real, const COPY: usize>(upper: &mut [T], lower: &mut [T], above: [T; 4], below: [T; 4], u: &[T], v: &[T], s: &[T], t: &[T]) {
+    let count = lower.len();
+    let upper = &mut upper[..count];
+    let (u, v, s, t) = (&u[..count], &v[..count], &s[..count], &t[..count]);
+    let whole = count & !7;
+    run4(upper, lower, above, below, u, v, s, t, 0, whole);
+    if count & 4 != 0 {
+        run4(upper, lower, above, below, u, v, s, t, whole, 4);
+    }
+    if count & 2 != 0 {
+        run4(upper, lower, above, below, u, v, s, t, count & !3, 2);
+    }
+    if count & 1 != 0 {
+        run4(upper, lower, above, below, u, v, s, t, count & !1, 1);
+    }
+}
+#[inline(always)]
+fn run4<T: Real>(upper: &mut [T], lower: &mut [T], above: [T; 4], below: [T; 4], u: &[T], v: &[T], s: &[T], t: &[T], start: usize, count: usize) {
+    let range = start..start + count;
+    let (upper, lower) = (&mut upper[range.clone()], &mut lower[range.clone()]);
+    for (((((x, y), u), v), s), t) in upper.iter_mut().zip(lower).zip(&u[range.clone()]).zip(&v[range.clone()]).zip(&s[range.clone()]).zip(&t[range.clone()]) {
+        *x += sum4(above, *u, *v, *s, *t);
+        *y += sum4(below, *u, *v, *s, *t);
     }
 }
 

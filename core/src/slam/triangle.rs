@@ -89,6 +89,7 @@ impl<'a, T: Real> Triangle<'a, T> {
     }
 
     /// Columns `row..size` of a row, and `row + 1..size` of the next, which is empty below the last.
+    #[inline(always)]
     pub(super) fn two_rows_mut(&mut self, row: usize) -> [&mut [T]; 2] {
         let (start, count) = (row_start(self.capacity, row), self.size - row);
         let (upper, lower) = self.data[start..].split_at_mut(self.capacity - row);
