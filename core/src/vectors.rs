@@ -1,21 +1,20 @@
 //! Loops compiled for more than one width of vector.
 
-/// A loop over elements that do not depend on each other.
-pub(crate) trait Kernel {
-    /// Runs it. `COPY` tells the two compilations apart.
-    fn run<const COPY: usize>(self);
-}
-
-/// Runs `kernel` with AVX2 where the processor has it and the feature `dispatch` is on, else as it was compiled.
+/// Runs `wide` with AVX2 where the feature `dispatch` is on and the processor has it, else `plain`: the same loop twice.
+///
+/// The compiler widens a loop only within the function that has the wider vectors, so both are `#[inline(always)]` down to
+/// the loop. Elementwise loops give the same bits at any width: the compiler fuses no product with a sum, although a
+/// processor that has AVX2 could.
 #[inline(always)]
-pub(crate) fn widest(kernel: impl Kernel) {
+pub(crate) fn widest<A, R>(arguments: A, wide: impl FnOnce(A) -> R, plain: impl FnOnce(A) -> R) -> R {
     #[cfg(all(feature = "dispatch", target_arch = "x86_64"))]
     if let Some(avx2) = fearless_simd::Level::new().as_avx2() {
         return fearless_simd::Simd::vectorize(
             avx2,
             #[inline(always)]
-            || kernel.run::<1>(),
+            || wide(arguments),
         );
     }
-    kernel.run::<0>();
+    let _ = wide;
+    plain(arguments)
 }

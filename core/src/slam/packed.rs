@@ -15,7 +15,8 @@ use super::filter::BATCH;
 use super::model::Row;
 use super::triangle::{Triangle, TriangleRef};
 use crate::Real;
-use crate::vectors::{Kernel, widest};
+use crate::vectors::widest;
+use core::ops::Range;
 use nalgebra::{Matrix2, Matrix3, Matrix3x4, Matrix4};
 
 /// P ← F P Fᵀ + Q, F = I + (shift) e_θᵀ: the prediction (12), of the robot's rows alone.
@@ -92,25 +93,17 @@ pub(super) fn cross<T: Real>(at: impl Fn(usize, usize) -> T, h: &[Row<T>], g: &[
 
 /// P ← P − Σ w wᵀ (+ a bᵀ + b aᵀ), one pass over the memory, two rows at a time: what is read of a vector serves both.
 pub(super) fn downdate<T: Real>(p: &mut Triangle<'_, T>, pairs: &[[&[T]; 2]], reset: Option<[&[T]; 2]>) {
-    let size = p.size;
     let minus = |vector| Term { sign: -T::one(), factor: vector, along: vector };
     let plus = |factor, along| Term { sign: T::one(), factor, along };
-    let mut terms = heapless::Vec::<Term<'_, T>, { 2 * BATCH + 2 }>::new();
-    let mut pairs = pairs.iter();
-    let mut next = |terms: &mut heapless::Vec<_, _>| 
-        if let Some([u, v]) = pairs.next() {
-            let _ = terms.extend([minus(&u[..size]), minus(&v[..size])]);
-            true
-        } else { false };
-    next(&mut terms);
-    if let Some([a, b]) = reset {
-        let (a, b) = (&a[..size], &b[..size]);
-        terms.extend([plus(b, a), plus(a, b)]);
-    }
-    while next(&mut terms) {}
-    widest(Downdate { p, terms: &terms });
+    let mut terms = heapless::Vec::<_, { 2 * BATCH + 2 }>::new();
+    let (first, others) = pairs.split_at(pairs.len().min(1));
+    terms.extend(first.as_flattened().iter().map(|vector| minus(*vector)));
+    terms.extend(reset.into_iter().flat_map(|[a, b]| [plus(b, a), plus(a, b)]));
+    terms.extend(others.as_flattened().iter().map(|vector| minus(*vector)));
+    widest((p, terms.as_slice()), add_terms::<T, true>, add_terms::<T, false>);
 }
 
+/// ± factor alongᵀ.
 #[derive(Clone, Copy)]
 struct Term<'a, T> {
     sign: T,
@@ -118,132 +111,124 @@ struct Term<'a, T> {
     along: &'a [T],
 }
 
-struct Downdate<'a, 'b, T> {
-    p: &'a mut Triangle<'b, T>,
-    terms: &'a [Term<'a, T>],
-}
+/// Rows that all terms are added to before the next: they stay in the processor's nearest memory.
+const NEAR: usize = 16;
 
-const BLOCK: usize = 16;
-
-impl<T: Real> Kernel for Downdate<'_, '_, T> {
-    #[inline(always)]
-    fn run<const COPY: usize>(self) {
-        let size = self.p.size;
-        let (fours, rest) = self.terms.as_chunks::<4>();
-        for start in (0..size).step_by(BLOCK) {
-            for four in fours {
-                self.p.pairs4::<COPY>(start, *four);
-            }
-            if let [a, b] = rest {
-                self.p.pairs2::<COPY>(start, [*a, *b]);
-            }
+/// P ← P + Σ terms. `WIDE` makes two functions of it, so that what each calls, once, becomes a part of it.
+#[inline(always)]
+fn add_terms<T: Real, const WIDE: bool>((p, terms): (&mut Triangle<'_, T>, &[Term<'_, T>])) {
+    let (fours, rest) = terms.as_chunks();
+    for start in (0..p.size).step_by(NEAR) {
+        for four in fours {
+            add_four::<T, WIDE>(p, start, four);
         }
-    }
-}
-
-impl<T: Real> Triangle<'_, T> {
-    #[inline(always)]
-    fn pairs4<const COPY: usize>(&mut self, start: usize, [a, b, c, d]: [Term<'_, T>; 4]) {
-        let size = self.size;
-        let (fa, fb, fc, fd) = (&a.factor[..size], &b.factor[..size], &c.factor[..size], &d.factor[..size]);
-        let (va, vb, vc, vd) = (&a.along[..size], &b.along[..size], &c.along[..size], &d.along[..size]);
-        let end = (start + BLOCK).min(size);
-        let mut i = start;
-        while i < end {
-            let [upper, lower] = self.two_rows_mut(i);
-            let above = [a.sign * fa[i], b.sign * fb[i], c.sign * fc[i], d.sign * fd[i]];
-            upper[0] += sum4(above, va[i], vb[i], vc[i], vd[i]);
-            let next = i + 1;
-            if next < size {
-                let below = [a.sign * fa[next], b.sign * fb[next], c.sign * fc[next], d.sign * fd[next]];
-                add4::<T, COPY>(&mut upper[1..], lower, above, below, &va[next..], &vb[next..], &vc[next..], &vd[next..]);
-            }
-            i += 2;
-        }
-    }
-
-    #[inline(always)]
-    fn pairs2<const COPY: usize>(&mut self, start: usize, [a, b]: [Term<'_, T>; 2]) {
-        let size = self.size;
-        let (fa, fb) = (&a.factor[..size], &b.factor[..size]);
-        let (va, vb) = (&a.along[..size], &b.along[..size]);
-        let end = (start + BLOCK).min(size);
-        let mut i = start;
-        while i < end {
-            let [upper, lower] = self.two_rows_mut(i);
-            let above = [a.sign * fa[i], b.sign * fb[i]];
-            upper[0] += sum2(above, va[i], vb[i]);
-            let next = i + 1;
-            if next < size {
-                let below = [a.sign * fa[next], b.sign * fb[next]];
-                add2::<T, COPY>(&mut upper[1..], lower, above, below, &va[next..], &vb[next..]);
-            }
-            i += 2;
+        if let [first, second] = rest {
+            add_two::<T, WIDE>(p, start, [first, second]);
         }
     }
 }
 
 #[inline(always)]
-fn sum2<T: Real>([f, g]: [T; 2], u: T, v: T) -> T {
+fn add_four<T: Real, const WIDE: bool>(p: &mut Triangle<'_, T>, start: usize, [a, b, c, d]: &[Term<'_, T>; 4]) {
+    let size = p.size;
+    let (f, g, h, k) = (&a.factor[..size], &b.factor[..size], &c.factor[..size], &d.factor[..size]);
+    let (u, v, s, t) = (&a.along[..size], &b.along[..size], &c.along[..size], &d.along[..size]);
+    let factors = |at: usize| [a.sign * f[at], b.sign * g[at], c.sign * h[at], d.sign * k[at]];
+    let mut at = start;
+    while at < size.min(start + NEAR) {
+        let [upper, lower] = p.two_rows_mut(at);
+        let above = factors(at);
+        upper[0] += sum_four(above, [u[at], v[at], s[at], t[at]]);
+        let next = at + 1;
+        if next < size {
+            let vectors = [&u[next..], &v[next..], &s[next..], &t[next..]];
+            rows_four::<T, WIDE>(&mut upper[1..], lower, [above, factors(next)], vectors);
+        }
+        at += 2;
+    }
+}
+
+#[inline(always)]
+fn add_two<T: Real, const WIDE: bool>(p: &mut Triangle<'_, T>, start: usize, [a, b]: [&Term<'_, T>; 2]) {
+    let size = p.size;
+    let (f, g) = (&a.factor[..size], &b.factor[..size]);
+    let (u, v) = (&a.along[..size], &b.along[..size]);
+    let factors = |at: usize| [a.sign * f[at], b.sign * g[at]];
+    let mut at = start;
+    while at < size.min(start + NEAR) {
+        let [upper, lower] = p.two_rows_mut(at);
+        let above = factors(at);
+        upper[0] += sum_two(above, [u[at], v[at]]);
+        let next = at + 1;
+        if next < size {
+            rows_two::<T, WIDE>(&mut upper[1..], lower, [above, factors(next)], [&u[next..], &v[next..]]);
+        }
+        at += 2;
+    }
+}
+
+#[inline(always)]
+fn sum_two<T: Real>([f, g]: [T; 2], [u, v]: [T; 2]) -> T {
     f * u + g * v
 }
 
 #[inline(always)]
-fn sum4<T: Real>([f, g, h, k]: [T; 4], u: T, v: T, s: T, t: T) -> T {
+fn sum_four<T: Real>([f, g, h, k]: [T; 4], [u, v, s, t]: [T; 4]) -> T {
     (f * u + g * v) + (h * s + k * t)
 }
 
+/// entry += Σ factor · vector in both rows. A function of its own, so that the compiler knows that they do not overlap; not
+/// `#[inline(always)]`, which would come before it knows. What whole vectors leave goes by halves.
 #[inline]
-fn add2<T: Real, const COPY: usize>(upper: &mut [T], lower: &mut [T], above: [T; 2], below: [T; 2], u: &[T], v: &[T]) {
-    let count = lower.len();
-    let upper = &mut upper[..count];
-    let (u, v) = (&u[..count], &v[..count]);
-    let whole = count & !7;
-    run2(upper, lower, above, below, u, v, 0, whole);
-    if count & 4 != 0 {
-        run2(upper, lower, above, below, u, v, whole, 4);
-    }
-    if count & 2 != 0 {
-        run2(upper, lower, above, below, u, v, count & !3, 2);
-    }
-    if count & 1 != 0 {
-        run2(upper, lower, above, below, u, v, count & !1, 1);
-    }
-}
-#[inline(always)]
-fn run2<T: Real>(upper: &mut [T], lower: &mut [T], above: [T; 2], below: [T; 2], u: &[T], v: &[T], start: usize, count: usize) {
-    let range = start..start + count;
-    let (upper, lower) = (&mut upper[range.clone()], &mut lower[range.clone()]);
-    for (((x, y), u), v) in upper.iter_mut().zip(lower).zip(&u[range.clone()]).zip(&v[range.clone()]) {
-        *x += sum2(above, *u, *v);
-        *y += sum2(below, *u, *v);
-    }
-}
-
-#[inline]
-fn add4<T: Real, const COPY: usize>(upper: &mut [T], lower: &mut [T], above: [T; 4], below: [T; 4], u: &[T], v: &[T], s: &[T], t: &[T]) {
+fn rows_four<T: Real, const WIDE: bool>(upper: &mut [T], lower: &mut [T], [above, below]: [[T; 4]; 2], [u, v, s, t]: [&[T]; 4]) {
     let count = lower.len();
     let upper = &mut upper[..count];
     let (u, v, s, t) = (&u[..count], &v[..count], &s[..count], &t[..count]);
-    let whole = count & !7;
-    run4(upper, lower, above, below, u, v, s, t, 0, whole);
-    if count & 4 != 0 {
-        run4(upper, lower, above, below, u, v, s, t, whole, 4);
-    }
-    if count & 2 != 0 {
-        run4(upper, lower, above, below, u, v, s, t, count & !3, 2);
-    }
-    if count & 1 != 0 {
-        run4(upper, lower, above, below, u, v, s, t, count & !1, 1);
-    }
+    by_halves(
+        count,
+        #[inline(always)]
+        |part| {
+        let rows = upper[part.clone()].iter_mut().zip(&mut lower[part.clone()]);
+        for (((((x, y), u), v), s), t) in rows.zip(&u[part.clone()]).zip(&v[part.clone()]).zip(&s[part.clone()]).zip(&t[part.clone()]) {
+            *x += sum_four(above, [*u, *v, *s, *t]);
+            *y += sum_four(below, [*u, *v, *s, *t]);
+        }
+    });
 }
+
+/// As [`rows_four`], of two vectors.
+#[inline]
+fn rows_two<T: Real, const WIDE: bool>(upper: &mut [T], lower: &mut [T], [above, below]: [[T; 2]; 2], [u, v]: [&[T]; 2]) {
+    let count = lower.len();
+    let upper = &mut upper[..count];
+    let (u, v) = (&u[..count], &v[..count]);
+    by_halves(
+        count,
+        #[inline(always)]
+        |part| {
+        let rows = upper[part.clone()].iter_mut().zip(&mut lower[part.clone()]);
+        for (((x, y), u), v) in rows.zip(&u[part.clone()]).zip(&v[part.clone()]) {
+            *x += sum_two(above, [*u, *v]);
+            *y += sum_two(below, [*u, *v]);
+        }
+    });
+}
+
+/// Calls `part` with the columns that fill vectors of eight, then with the next four, two and one of what is left.
 #[inline(always)]
-fn run4<T: Real>(upper: &mut [T], lower: &mut [T], above: [T; 4], below: [T; 4], u: &[T], v: &[T], s: &[T], t: &[T], start: usize, count: usize) {
-    let range = start..start + count;
-    let (upper, lower) = (&mut upper[range.clone()], &mut lower[range.clone()]);
-    for (((((x, y), u), v), s), t) in upper.iter_mut().zip(lower).zip(&u[range.clone()]).zip(&v[range.clone()]).zip(&s[range.clone()]).zip(&t[range.clone()]) {
-        *x += sum4(above, *u, *v, *s, *t);
-        *y += sum4(below, *u, *v, *s, *t);
+fn by_halves(count: usize, mut part: impl FnMut(Range<usize>)) {
+    let whole = count & !7;
+    part(0..whole);
+    if count & 4 != 0 {
+        part(whole..whole + 4);
+    }
+    let whole = count & !3;
+    if count & 2 != 0 {
+        part(whole..whole + 2);
+    }
+    let whole = count & !1;
+    if count & 1 != 0 {
+        part(whole..whole + 1);
     }
 }
 
