@@ -56,25 +56,27 @@ pub(super) fn predict_mount<T: Real>(p: &mut Triangle<'_, T>, mount: usize, by_m
 
 /// The two columns of P Hᵀ.
 pub(super) fn times<T: Real>(p: TriangleRef<'_, T>, rows: &[Row<T>], out: [&mut [T]; 2]) {
-    let size = p.size;
-    let [first, second] = out.map(|vector| &mut vector[..size]);
+    widest((p, rows, out), add_columns::<T, 2>, add_columns::<T, 3>);
+}
+
+#[inline(always)]
+fn add_columns<T: Real, const COPY: usize>(
+    (p, rows, [first, second]): (TriangleRef<'_, T>, &[Row<T>], [&mut [T]; 2]),
+) {
+    let (first, second) = (&mut first[..p.size], &mut second[..p.size]);
     first.fill(T::zero());
     second.fill(T::zero());
     for pair in rows {
         // A pair of neighbouring columns c, c + 1 of H: above the diagonal they lie side by side.
-        let (c, [[a0, a1], [b0, b1]]) = (pair.column, pair.coefficients);
-        p.for_columns_above(c, |row, left, right| {
-            first[row] += a0 * left + a1 * right;
-            second[row] += b0 * left + b1 * right;
-        });
-        let (upper, lower) = (p.row(c), p.row(c + 1));
-        first[c] += a0 * upper[0] + a1 * upper[1];
-        second[c] += b0 * upper[0] + b1 * upper[1];
-        let tail = first[c + 1..].iter_mut().zip(&mut second[c + 1..]);
-        for ((x, y), (left, right)) in tail.zip(upper[1..].iter().zip(lower)) {
-            *x += a0 * *left + a1 * *right;
-            *y += b0 * *left + b1 * *right;
+        let (c, [above, below]) = (pair.column, pair.coefficients);
+        for ((x, y), entries) in first[..c].iter_mut().zip(&mut second[..c]).zip(p.columns_above(c)) {
+            *x += sum_two(above, entries);
+            *y += sum_two(below, entries);
         }
+        let (upper, lower) = (p.row(c), p.row(c + 1));
+        first[c] += sum_two(above, [upper[0], upper[1]]);
+        second[c] += sum_two(below, [upper[0], upper[1]]);
+        rows_two::<T, COPY>(&mut first[c + 1..], &mut second[c + 1..], pair.coefficients, [&upper[1..], lower]);
     }
 }
 
@@ -100,7 +102,7 @@ pub(super) fn downdate<T: Real>(p: &mut Triangle<'_, T>, pairs: &[[&[T]; 2]], re
     terms.extend(first.as_flattened().iter().map(|vector| minus(*vector)));
     terms.extend(reset.into_iter().flat_map(|[a, b]| [plus(b, a), plus(a, b)]));
     terms.extend(others.as_flattened().iter().map(|vector| minus(*vector)));
-    widest((p, terms.as_slice()), add_terms::<T, true>, add_terms::<T, false>);
+    widest((p, terms.as_slice()), add_terms::<T, 0>, add_terms::<T, 1>);
 }
 
 /// ± factor alongᵀ.
@@ -114,22 +116,22 @@ struct Term<'a, T> {
 /// Rows that all terms are added to before the next: they stay in the processor's nearest memory.
 const NEAR: usize = 16;
 
-/// P ← P + Σ terms. `WIDE` makes two functions of it, so that what each calls, once, becomes a part of it.
+/// P ← P + Σ terms. 
 #[inline(always)]
-fn add_terms<T: Real, const WIDE: bool>((p, terms): (&mut Triangle<'_, T>, &[Term<'_, T>])) {
+fn add_terms<T: Real, const COPY: usize>((p, terms): (&mut Triangle<'_, T>, &[Term<'_, T>])) {
     let (fours, rest) = terms.as_chunks();
     for start in (0..p.size).step_by(NEAR) {
         for four in fours {
-            add_four::<T, WIDE>(p, start, four);
+            add_four::<T, COPY>(p, start, four);
         }
         if let [first, second] = rest {
-            add_two::<T, WIDE>(p, start, [first, second]);
+            add_two::<T, COPY>(p, start, [first, second]);
         }
     }
 }
 
 #[inline(always)]
-fn add_four<T: Real, const WIDE: bool>(p: &mut Triangle<'_, T>, start: usize, [a, b, c, d]: &[Term<'_, T>; 4]) {
+fn add_four<T: Real, const COPY: usize>(p: &mut Triangle<'_, T>, start: usize, [a, b, c, d]: &[Term<'_, T>; 4]) {
     let size = p.size;
     let (f, g, h, k) = (&a.factor[..size], &b.factor[..size], &c.factor[..size], &d.factor[..size]);
     let (u, v, s, t) = (&a.along[..size], &b.along[..size], &c.along[..size], &d.along[..size]);
@@ -142,14 +144,14 @@ fn add_four<T: Real, const WIDE: bool>(p: &mut Triangle<'_, T>, start: usize, [a
         let next = at + 1;
         if next < size {
             let vectors = [&u[next..], &v[next..], &s[next..], &t[next..]];
-            rows_four::<T, WIDE>(&mut upper[1..], lower, [above, factors(next)], vectors);
+            rows_four::<T, COPY>(&mut upper[1..], lower, [above, factors(next)], vectors);
         }
         at += 2;
     }
 }
 
 #[inline(always)]
-fn add_two<T: Real, const WIDE: bool>(p: &mut Triangle<'_, T>, start: usize, [a, b]: [&Term<'_, T>; 2]) {
+fn add_two<T: Real, const COPY: usize>(p: &mut Triangle<'_, T>, start: usize, [a, b]: [&Term<'_, T>; 2]) {
     let size = p.size;
     let (f, g) = (&a.factor[..size], &b.factor[..size]);
     let (u, v) = (&a.along[..size], &b.along[..size]);
@@ -161,7 +163,7 @@ fn add_two<T: Real, const WIDE: bool>(p: &mut Triangle<'_, T>, start: usize, [a,
         upper[0] += sum_two(above, [u[at], v[at]]);
         let next = at + 1;
         if next < size {
-            rows_two::<T, WIDE>(&mut upper[1..], lower, [above, factors(next)], [&u[next..], &v[next..]]);
+            rows_two::<T, COPY>(&mut upper[1..], lower, [above, factors(next)], [&u[next..], &v[next..]]);
         }
         at += 2;
     }
@@ -180,7 +182,7 @@ fn sum_four<T: Real>([f, g, h, k]: [T; 4], [u, v, s, t]: [T; 4]) -> T {
 /// entry += Σ factor · vector in both rows. A function of its own, so that the compiler knows that they do not overlap; not
 /// `#[inline(always)]`, which would come before it knows. What whole vectors leave goes by halves.
 #[inline]
-fn rows_four<T: Real, const WIDE: bool>(upper: &mut [T], lower: &mut [T], [above, below]: [[T; 4]; 2], [u, v, s, t]: [&[T]; 4]) {
+fn rows_four<T: Real, const COPY: usize>(upper: &mut [T], lower: &mut [T], [above, below]: [[T; 4]; 2], [u, v, s, t]: [&[T]; 4]) {
     let count = lower.len();
     let upper = &mut upper[..count];
     let (u, v, s, t) = (&u[..count], &v[..count], &s[..count], &t[..count]);
@@ -198,7 +200,7 @@ fn rows_four<T: Real, const WIDE: bool>(upper: &mut [T], lower: &mut [T], [above
 
 /// As [`rows_four`], of two vectors.
 #[inline]
-fn rows_two<T: Real, const WIDE: bool>(upper: &mut [T], lower: &mut [T], [above, below]: [[T; 2]; 2], [u, v]: [&[T]; 2]) {
+fn rows_two<T: Real, const COPY: usize>(upper: &mut [T], lower: &mut [T], [above, below]: [[T; 2]; 2], [u, v]: [&[T]; 2]) {
     let count = lower.len();
     let upper = &mut upper[..count];
     let (u, v) = (&u[..count], &v[..count]);

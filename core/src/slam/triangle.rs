@@ -49,18 +49,21 @@ impl<'a, T: Real> TriangleRef<'a, T> {
     }
 
     /// Columns `row..size` of a row.
+    #[inline(always)]
     pub(super) fn row(&self, row: usize) -> &'a [T] {
         let start = row_start(self.capacity, row);
         &self.data[start..start + self.size - row]
     }
 
-    /// Calls `visit(row, entry)` for every entry above the diagonal in a column, in two columns side by side.
-    pub(super) fn for_columns_above(&self, column: usize, mut visit: impl FnMut(usize, T, T)) {
+    /// What lies above the diagonal in a column and the next one, from row 0 on.
+    #[inline(always)]
+    pub(super) fn columns_above(&self, column: usize) -> impl Iterator<Item = [T; 2]> {
         let mut offset = column;
-        for row in 0..column {
-            visit(row, self.data[offset], self.data[offset + 1]);
+        (0..column).map(move |row| {
+            let entries = &self.data[offset..][..2];
             offset += self.capacity - 1 - row;
-        }
+            [entries[0], entries[1]]
+        })
     }
 }
 
