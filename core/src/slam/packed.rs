@@ -11,7 +11,6 @@
 //! memory for up to [`BATCH`](super::filter::BATCH) of them, and the invariant filter's reset rides on the same
 //! pass. Every sum is elementwise, so vector instructions do not change a bit.
 #![allow(clippy::indexing_slicing, reason = "kernel: all vectors are sliced to the triangle's size first")]
-use super::filter::BATCH;
 use super::model::Row;
 use super::triangle::{Triangle, TriangleRef};
 use crate::Real;
@@ -76,7 +75,12 @@ fn add_columns<T: Real, const COPY: usize>(
         let (upper, lower) = (p.row(c), p.row(c + 1));
         first[c] += sum_two(above, [upper[0], upper[1]]);
         second[c] += sum_two(below, [upper[0], upper[1]]);
-        rows_two::<T, COPY>(&mut first[c + 1..], &mut second[c + 1..], pair.coefficients, [&upper[1..], lower]);
+        rows_two::<T, false, COPY>(
+            &mut first[c + 1..],
+            &mut second[c + 1..],
+            pair.coefficients,
+            [&upper[1..], lower],
+        );
     }
 }
 
@@ -95,47 +99,49 @@ pub(super) fn cross<T: Real>(at: impl Fn(usize, usize) -> T, h: &[Row<T>], g: &[
 
 /// P ← P − Σ w wᵀ (+ a bᵀ + b aᵀ), one pass over the memory, two rows at a time: what is read of a vector serves both.
 pub(super) fn downdate<T: Real>(p: &mut Triangle<'_, T>, pairs: &[[&[T]; 2]], reset: Option<[&[T]; 2]>) {
-    let minus = |vector| Term { sign: -T::one(), factor: vector, along: vector };
-    let plus = |factor, along| Term { sign: T::one(), factor, along };
-    let mut terms = heapless::Vec::<_, { 2 * BATCH + 2 }>::new();
-    let (first, others) = pairs.split_at(pairs.len().min(1));
-    terms.extend(first.as_flattened().iter().map(|vector| minus(*vector)));
-    terms.extend(reset.into_iter().flat_map(|[a, b]| [plus(b, a), plus(a, b)]));
-    terms.extend(others.as_flattened().iter().map(|vector| minus(*vector)));
-    widest((p, terms.as_slice()), add_terms::<T, 0>, add_terms::<T, 1>);
+    widest((p, pairs, reset), downdate_rows::<T, 0>, downdate_rows::<T, 1>);
 }
 
-/// ± factor alongᵀ.
-#[derive(Clone, Copy)]
-struct Term<'a, T> {
-    sign: T,
-    factor: &'a [T],
-    along: &'a [T],
-}
-
-/// Rows that all terms are added to before the next: they stay in the processor's nearest memory.
+/// Rows that everything is added to before the next are begun: they stay in the processor's nearest memory.
 const NEAR: usize = 16;
 
-/// P ← P + Σ terms. 
 #[inline(always)]
-fn add_terms<T: Real, const COPY: usize>((p, terms): (&mut Triangle<'_, T>, &[Term<'_, T>])) {
-    let (fours, rest) = terms.as_chunks();
+fn downdate_rows<T: Real, const COPY: usize>((p, pairs, reset): Downdate<'_, '_, T>) {
     for start in (0..p.size).step_by(NEAR) {
-        for four in fours {
-            add_four::<T, COPY>(p, start, four);
+        let mut rest = pairs;
+        if let Some(turn) = reset {
+            if let [pair, tail @ ..] = rest {
+                add_four::<T, true, COPY>(p, start, [*pair, turn]);
+                rest = tail;
+            } else {
+                add_two::<T, true, COPY>(p, start, turn);
+            }
         }
-        if let [first, second] = rest {
-            add_two::<T, COPY>(p, start, [first, second]);
+        while let [first, second, tail @ ..] = rest {
+            add_four::<T, false, COPY>(p, start, [*first, *second]);
+            rest = tail;
+        }
+        if let [pair] = rest {
+            add_two::<T, false, COPY>(p, start, *pair);
         }
     }
 }
 
+type Downdate<'a, 'p, T> = (&'a mut Triangle<'p, T>, &'a [[&'a [T]; 2]], Option<[&'a [T]; 2]>);
+
+/// P ← P − u uᵀ − v vᵀ − s sᵀ − t tᵀ, or + s tᵀ + t sᵀ at the end with `TURN`, in rows from `start` on.
 #[inline(always)]
-fn add_four<T: Real, const COPY: usize>(p: &mut Triangle<'_, T>, start: usize, [a, b, c, d]: &[Term<'_, T>; 4]) {
+fn add_four<T: Real, const TURN: bool, const COPY: usize>(
+    p: &mut Triangle<'_, T>,
+    start: usize,
+    [[u, v], [s, t]]: [[&[T]; 2]; 2],
+) {
     let size = p.size;
-    let (f, g, h, k) = (&a.factor[..size], &b.factor[..size], &c.factor[..size], &d.factor[..size]);
-    let (u, v, s, t) = (&a.along[..size], &b.along[..size], &c.along[..size], &d.along[..size]);
-    let factors = |at: usize| [a.sign * f[at], b.sign * g[at], c.sign * h[at], d.sign * k[at]];
+    let (u, v, s, t) = (&u[..size], &v[..size], &s[..size], &t[..size]);
+    let factors = |at: usize| {
+        let [h, k] = if TURN { [t[at], s[at]] } else { [-s[at], -t[at]] };
+        [-u[at], -v[at], h, k]
+    };
     let mut at = start;
     while at < size.min(start + NEAR) {
         let [upper, lower] = p.two_rows_mut(at);
@@ -144,18 +150,22 @@ fn add_four<T: Real, const COPY: usize>(p: &mut Triangle<'_, T>, start: usize, [
         let next = at + 1;
         if next < size {
             let vectors = [&u[next..], &v[next..], &s[next..], &t[next..]];
-            rows_four::<T, COPY>(&mut upper[1..], lower, [above, factors(next)], vectors);
+            rows_four::<T, TURN, COPY>(&mut upper[1..], lower, [above, factors(next)], vectors);
         }
         at += 2;
     }
 }
 
+/// P ← P − u uᵀ − v vᵀ, or P + u vᵀ + v uᵀ with `TURN`, in rows from `start` on.
 #[inline(always)]
-fn add_two<T: Real, const COPY: usize>(p: &mut Triangle<'_, T>, start: usize, [a, b]: [&Term<'_, T>; 2]) {
+fn add_two<T: Real, const TURN: bool, const COPY: usize>(
+    p: &mut Triangle<'_, T>,
+    start: usize,
+    [u, v]: [&[T]; 2],
+) {
     let size = p.size;
-    let (f, g) = (&a.factor[..size], &b.factor[..size]);
-    let (u, v) = (&a.along[..size], &b.along[..size]);
-    let factors = |at: usize| [a.sign * f[at], b.sign * g[at]];
+    let (u, v) = (&u[..size], &v[..size]);
+    let factors = |at: usize| if TURN { [v[at], u[at]] } else { [-u[at], -v[at]] };
     let mut at = start;
     while at < size.min(start + NEAR) {
         let [upper, lower] = p.two_rows_mut(at);
@@ -163,7 +173,12 @@ fn add_two<T: Real, const COPY: usize>(p: &mut Triangle<'_, T>, start: usize, [a
         upper[0] += sum_two(above, [u[at], v[at]]);
         let next = at + 1;
         if next < size {
-            rows_two::<T, COPY>(&mut upper[1..], lower, [above, factors(next)], [&u[next..], &v[next..]]);
+            rows_two::<T, TURN, COPY>(
+                &mut upper[1..],
+                lower,
+                [above, factors(next)],
+                [&u[next..], &v[next..]],
+            );
         }
         at += 2;
     }
@@ -182,7 +197,12 @@ fn sum_four<T: Real>([f, g, h, k]: [T; 4], [u, v, s, t]: [T; 4]) -> T {
 /// entry += Σ factor · vector in both rows. A function of its own, so that the compiler knows that they do not overlap; not
 /// `#[inline(always)]`, which would come before it knows. What whole vectors leave goes by halves.
 #[inline]
-fn rows_four<T: Real, const COPY: usize>(upper: &mut [T], lower: &mut [T], [above, below]: [[T; 4]; 2], [u, v, s, t]: [&[T]; 4]) {
+fn rows_four<T: Real, const TURN: bool, const COPY: usize>(
+    upper: &mut [T],
+    lower: &mut [T],
+    [above, below]: [[T; 4]; 2],
+    [u, v, s, t]: [&[T]; 4],
+) {
     let count = lower.len();
     let upper = &mut upper[..count];
     let (u, v, s, t) = (&u[..count], &v[..count], &s[..count], &t[..count]);
@@ -190,17 +210,25 @@ fn rows_four<T: Real, const COPY: usize>(upper: &mut [T], lower: &mut [T], [abov
         count,
         #[inline(always)]
         |part| {
-        let rows = upper[part.clone()].iter_mut().zip(&mut lower[part.clone()]);
-        for (((((x, y), u), v), s), t) in rows.zip(&u[part.clone()]).zip(&v[part.clone()]).zip(&s[part.clone()]).zip(&t[part.clone()]) {
-            *x += sum_four(above, [*u, *v, *s, *t]);
-            *y += sum_four(below, [*u, *v, *s, *t]);
-        }
-    });
+            let rows = upper[part.clone()].iter_mut().zip(&mut lower[part.clone()]);
+            for (((((x, y), u), v), s), t) in
+                rows.zip(&u[part.clone()]).zip(&v[part.clone()]).zip(&s[part.clone()]).zip(&t[part.clone()])
+            {
+                *x += sum_four(above, [*u, *v, *s, *t]);
+                *y += sum_four(below, [*u, *v, *s, *t]);
+            }
+        },
+    );
 }
 
 /// As [`rows_four`], of two vectors.
 #[inline]
-fn rows_two<T: Real, const COPY: usize>(upper: &mut [T], lower: &mut [T], [above, below]: [[T; 2]; 2], [u, v]: [&[T]; 2]) {
+fn rows_two<T: Real, const TURN: bool, const COPY: usize>(
+    upper: &mut [T],
+    lower: &mut [T],
+    [above, below]: [[T; 2]; 2],
+    [u, v]: [&[T]; 2],
+) {
     let count = lower.len();
     let upper = &mut upper[..count];
     let (u, v) = (&u[..count], &v[..count]);
@@ -208,12 +236,13 @@ fn rows_two<T: Real, const COPY: usize>(upper: &mut [T], lower: &mut [T], [above
         count,
         #[inline(always)]
         |part| {
-        let rows = upper[part.clone()].iter_mut().zip(&mut lower[part.clone()]);
-        for (((x, y), u), v) in rows.zip(&u[part.clone()]).zip(&v[part.clone()]) {
-            *x += sum_two(above, [*u, *v]);
-            *y += sum_two(below, [*u, *v]);
-        }
-    });
+            let rows = upper[part.clone()].iter_mut().zip(&mut lower[part.clone()]);
+            for (((x, y), u), v) in rows.zip(&u[part.clone()]).zip(&v[part.clone()]) {
+                *x += sum_two(above, [*u, *v]);
+                *y += sum_two(below, [*u, *v]);
+            }
+        },
+    );
 }
 
 /// Calls `part` with the columns that fill vectors of eight, then with the next four, two and one of what is left.
