@@ -9,22 +9,18 @@
 //!
 //! A frame's landmarks are downdated together, P ← P − Σ w wᵀ with w = P Hᵀ L⁻ᵀ, S = L Lᵀ: one pass over the
 //! memory for up to [`BATCH`](super::filter::BATCH) of them, and the invariant filter's reset rides on the same
-//! pass. Every sum is elementwise, so vector instructions do not change a bit.
+//! pass. Every sum is elementwise, so vector instructions of any width do not change a bit: [`widest`] takes the processor's.
 #![allow(clippy::indexing_slicing, reason = "kernel: all vectors are sliced to the triangle's size first")]
 use super::model::Row;
 use super::triangle::{Triangle, TriangleRef};
 use crate::Real;
-use crate::vectors::widest;
+use crate::vectors::{VECTORS, widest};
 use core::ops::Range;
 use nalgebra::{Matrix2, Matrix3, Matrix3x4, Matrix4};
 
 /// P ← F P Fᵀ + Q, F = I + (shift) e_θᵀ: the prediction (12), of the robot's rows alone.
 pub(super) fn predict<T: Real>(p: &mut Triangle<'_, T>, shift: [T; 2], noise: &Matrix3<T>) {
-    let [along_x, along_y, along_heading] = p.robot_rows_mut();
-    for ((x, y), heading) in along_x.iter_mut().zip(along_y).zip(along_heading) {
-        *x += shift[0] * *heading;
-        *y += shift[1] * *heading;
-    }
+    widest((p.robot_rows_mut(), shift), shift_rows, shift_rows);
     let (p02, p12, p22) = (p.at(0, 2), p.at(1, 2), p.at(2, 2));
     let two = T::lit(2.0);
     p.set(0, 0, p.at(0, 0) + shift[0] * (two * p02 + shift[0] * p22) + noise.m11);
@@ -33,6 +29,14 @@ pub(super) fn predict<T: Real>(p: &mut Triangle<'_, T>, shift: [T; 2], noise: &M
     p.set(0, 2, p02 + shift[0] * p22 + noise.m13);
     p.set(1, 2, p12 + shift[1] * p22 + noise.m23);
     p.set(2, 2, p22 + noise.m33);
+}
+
+#[inline(always)]
+fn shift_rows<T: Real>(([along_x, along_y, along_heading], shift): ([&mut [T]; 3], [T; 2])) {
+    for ((x, y), heading) in along_x.iter_mut().zip(along_y).zip(along_heading) {
+        *x += shift[0] * *heading;
+        *y += shift[1] * *heading;
+    }
 }
 
 /// P ← F P Fᵀ, F = I + G in the robot's rows and the columns of the mount, which begin at `mount`.
@@ -194,8 +198,11 @@ fn sum_four<T: Real>([f, g, h, k]: [T; 4], [u, v, s, t]: [T; 4]) -> T {
     (f * u + g * v) + (h * s + k * t)
 }
 
-/// entry += Σ factor · vector in both rows. A function of its own, so that the compiler knows that they do not overlap; not
-/// `#[inline(always)]`, which would come before it knows. What whole vectors leave goes by halves.
+/// entry += Σ factor · vector in both rows.
+///
+/// Only as a function's arguments are rows known not to overlap, which spares the loop to ask; the compiler must see it by
+/// itself before it becomes part of its caller, which is why it is not `#[inline(always)]`; and it becomes part of one that
+/// calls it once, which is what `TURN` and `COPY` are for.
 #[inline]
 fn rows_four<T: Real, const TURN: bool, const COPY: usize>(
     upper: &mut [T],
@@ -245,21 +252,24 @@ fn rows_two<T: Real, const TURN: bool, const COPY: usize>(
     );
 }
 
-/// Calls `part` with the columns that fill vectors of eight, then with the next four, two and one of what is left.
+/// Calls `part` with the columns that fill vectors of eight, then with four, two and one of those that are left.
 #[inline(always)]
 fn by_halves(count: usize, mut part: impl FnMut(Range<usize>)) {
-    let whole = count & !7;
-    part(0..whole);
+    if !VECTORS {
+        return part(0..count);
+    }
+    let mut rest = count & !7;
+    part(0..rest);
     if count & 4 != 0 {
-        part(whole..whole + 4);
+        part(rest..rest + 4);
+        rest += 4;
     }
-    let whole = count & !3;
     if count & 2 != 0 {
-        part(whole..whole + 2);
+        part(rest..rest + 2);
+        rest += 2;
     }
-    let whole = count & !1;
     if count & 1 != 0 {
-        part(whole..whole + 1);
+        part(rest..rest + 1);
     }
 }
 
@@ -290,4 +300,57 @@ pub(super) fn append<T: Real>(p: &mut Triangle<'_, T>, pgt: [&[T]; 2], own: &Mat
     p.set(size, size, own.m11);
     p.set(size, size + 1, own.m12);
     p.set(size + 1, size + 1, own.m22);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::fmt::Debug;
+    use std::vec::Vec;
+
+    /// Numbers of both signs and of several magnitudes.
+    fn numbers<T: Real>(count: usize, seed: u32) -> Vec<T> {
+        let mut state = seed;
+        let mut next = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(state >> 8) / f64::from(1 << 23) - 1.0
+        };
+        (0..count).map(|at| T::lit(next() * [1.0, 1e-3, 30.0][at % 3])).collect()
+    }
+
+    /// Every size up to 40, every number of landmarks in a frame: `downdate` and `times` as they are called, and compiled for
+    /// the narrowest processor.
+    fn same_bits<T: Real + Debug>(bits: impl Fn(&T) -> u64) {
+        let same = |one: &[T], other: &[T]| one.iter().map(&bits).eq(other.iter().map(&bits));
+        for size in 3..40 {
+            let capacity = size + size % 3;
+            let start: Vec<T> = numbers(capacity * (capacity + 1) / 2, 1);
+            let vectors: Vec<Vec<T>> = (2..12).map(|seed| numbers(size, seed)).collect();
+            for (waiting, turning) in (0..=4).flat_map(|waiting| [(waiting, false), (waiting, true)]) {
+                let pairs: Vec<_> =
+                    vectors.chunks(2).map(|pair| [&*pair[0], &*pair[1]]).take(waiting).collect();
+                let reset = turning.then_some([&*vectors[8], &*vectors[9]]);
+                let (mut one, mut other) = (start.clone(), start.clone());
+                downdate(&mut Triangle::new(&mut one, capacity, size), &pairs, reset);
+                downdate_rows::<T, 1>((&mut Triangle::new(&mut other, capacity, size), &pairs, reset));
+                assert!(same(&one, &other), "size {size}, {waiting} waiting, reset {turning}");
+            }
+            let rows = [0, size / 2, size - 2].map(|at| Row::new(at, Matrix2::from_fn(|i, j| vectors[i][j])));
+            let (mut one, mut other) = ([vec(size), vec(size)], [vec(size), vec(size)]);
+            let p = TriangleRef::new(&start, capacity, size);
+            times(p, &rows, one.each_mut().map(|vector| &mut **vector));
+            add_columns::<T, 3>((p, &rows, other.each_mut().map(|vector| &mut **vector)));
+            assert!(same(&one[0], &other[0]) && same(&one[1], &other[1]), "P Hᵀ of size {size}");
+        }
+    }
+
+    fn vec<T: Real>(size: usize) -> Vec<T> {
+        std::vec![T::one(); size]
+    }
+
+    #[test]
+    fn the_processors_own_vectors_give_the_same_bits() {
+        same_bits::<f32>(|value| u64::from(value.to_bits()));
+        same_bits::<f64>(|value| value.to_bits());
+    }
 }
