@@ -202,8 +202,9 @@ fn sum_four<T: Real>([f, g, h, k]: [T; 4], [u, v, s, t]: [T; 4]) -> T {
 ///
 /// Only as a function's arguments are rows known not to overlap, which spares the loop to ask; the compiler must see it by
 /// itself before it becomes part of its caller, which is why it is not `#[inline(always)]`; and it becomes part of one that
-/// calls it once, which is what `TURN` and `COPY` are for.
-#[inline]
+/// calls it once, which is what `TURN` and `COPY` are for. Where no wider vectors are chosen it stays apart, for its size.
+#[cfg_attr(target_arch = "x86_64", inline)]
+#[cfg_attr(not(target_arch = "x86_64"), inline(never))]
 fn rows_four<T: Real, const TURN: bool, const COPY: usize>(
     upper: &mut [T],
     lower: &mut [T],
@@ -229,7 +230,8 @@ fn rows_four<T: Real, const TURN: bool, const COPY: usize>(
 }
 
 /// As [`rows_four`], of two vectors.
-#[inline]
+#[cfg_attr(target_arch = "x86_64", inline)]
+#[cfg_attr(not(target_arch = "x86_64"), inline(never))]
 fn rows_two<T: Real, const TURN: bool, const COPY: usize>(
     upper: &mut [T],
     lower: &mut [T],
