@@ -58,6 +58,7 @@ pub(super) fn predict_mount<T: Real>(p: &mut Triangle<'_, T>, mount: usize, by_m
 }
 
 /// The two columns of P Hᵀ.
+#[inline(never)]
 pub(super) fn times<T: Real>(p: TriangleRef<'_, T>, rows: &[Row<T>], out: [&mut [T]; 2]) {
     widest((p, rows, out), add_columns::<T, 2>, add_columns::<T, 3>);
 }
@@ -102,6 +103,7 @@ pub(super) fn cross<T: Real>(at: impl Fn(usize, usize) -> T, h: &[Row<T>], g: &[
 }
 
 /// P ← P − Σ w wᵀ (+ a bᵀ + b aᵀ), one pass over the memory, two rows at a time: what is read of a vector serves both.
+#[inline(never)]
 pub(super) fn downdate<T: Real>(p: &mut Triangle<'_, T>, pairs: &[[&[T]; 2]], reset: Option<[&[T]; 2]>) {
     widest((p, pairs, reset), downdate_rows::<T, 0>, downdate_rows::<T, 1>);
 }
