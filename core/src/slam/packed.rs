@@ -9,7 +9,8 @@
 //!
 //! A frame's landmarks are downdated together, P ← P − Σ w wᵀ with w = P Hᵀ L⁻ᵀ, S = L Lᵀ: one pass over the
 //! memory for up to [`BATCH`](super::filter::BATCH) of them, and the invariant filter's reset rides on the same
-//! pass. Every sum is elementwise, so vector instructions of any width do not change a bit: [`widest`] takes the processor's.
+//! pass. Every sum is elementwise, so vector instructions of any width do not change a bit, and a host takes the widest
+//! that its processor has ([`widest`]).
 #![allow(clippy::indexing_slicing, reason = "kernel: all vectors are sliced to the triangle's size first")]
 use super::model::Row;
 use super::triangle::{Triangle, TriangleRef};
