@@ -29,6 +29,7 @@ extern crate alloc;
 mod error;
 mod real;
 mod sort;
+mod vectors;
 
 pub mod association;
 pub mod features;

@@ -351,7 +351,8 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
 }
 
 /// x += steps, keeping what rounding takes.
-pub(super) fn add_steps<T: Real>(x: &mut [T], rounding: &mut [T], steps: &[T]) {
+#[inline(always)]
+pub(super) fn add_steps<T: Real>((x, rounding, steps): (&mut [T], &mut [T], &[T])) {
     for ((value, rounding), step) in x.iter_mut().zip(rounding).zip(steps) {
         // Fast-two-sum needs no ordering this way round (Knuth's two-sum).
         let (old, step) = (*value, *rounding + *step);
@@ -366,7 +367,7 @@ impl<T: Real> Parts<'_, T> {
     /// x[index] += step, keeping what rounding takes.
     #[allow(clippy::indexing_slicing, reason = "index < size")]
     pub(super) fn add(&mut self, index: usize, step: T) {
-        add_steps(&mut self.x[index..=index], &mut self.rounding[index..=index], &[step]);
+        add_steps((&mut self.x[index..=index], &mut self.rounding[index..=index], &[step]));
     }
 
     #[allow(clippy::indexing_slicing, reason = "a filter has a robot")]

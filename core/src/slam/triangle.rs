@@ -58,18 +58,21 @@ impl<'a, T: Real> TriangleRef<'a, T> {
     }
 
     /// Columns `row..size` of a row.
+    #[inline(always)]
     pub(super) fn row(&self, row: usize) -> &'a [T] {
         let start = row_start(self.capacity, row);
         &self.data[start..start + self.size - row]
     }
 
-    /// Calls `visit(row, entry)` for every entry above the diagonal in a column, in two columns side by side.
-    pub(super) fn for_columns_above(&self, column: usize, mut visit: impl FnMut(usize, T, T)) {
+    /// What lies above the diagonal in a column and the next one, from row 0 on.
+    #[inline(always)]
+    pub(super) fn columns_above(&self, column: usize) -> impl Iterator<Item = [T; 2]> {
         let mut offset = column;
-        for row in 0..column {
-            visit(row, self.data[offset], self.data[offset + 1]);
+        (0..column).map(move |row| {
+            let entries = &self.data[offset..][..2];
             offset += self.capacity - 1 - row;
-        }
+            [entries[0], entries[1]]
+        })
     }
 }
 
@@ -98,6 +101,7 @@ impl<'a, T: Real> Triangle<'a, T> {
     }
 
     /// Columns `row..size` of a row, and `row + 1..size` of the next, which is empty below the last.
+    #[inline(always)]
     pub(super) fn two_rows_mut(&mut self, row: usize) -> [&mut [T]; 2] {
         let (start, count) = (row_start(self.capacity, row), self.size - row);
         let (upper, lower) = self.data[start..].split_at_mut(self.capacity - row);

@@ -23,6 +23,7 @@ use super::model::{Linearised, Row};
 use super::motion::arc_rotation;
 use super::packed;
 use crate::association::{Gate, cholesky, forward, inflation};
+use crate::vectors::widest;
 use crate::{Error, Real, Result};
 use nalgebra::{Matrix2, Matrix2x4, Vector2};
 
@@ -242,8 +243,8 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                 packed::times(parts.p.view(), measured.rows, [first, second]);
                 for vector in waiting.iter().flatten() {
                     let along = product(measured.rows, vector);
-                    subtract(first, along.x, vector);
-                    subtract(second, along.y, vector);
+                    widest((&mut **first, along.x, &**vector), subtract, subtract);
+                    widest((&mut **second, along.y, &**vector), subtract, subtract);
                 }
                 let (left, right) = (product(measured.rows, first), product(measured.rows, second));
                 let coupling = (left.y + right.x) * T::lit(0.5);
@@ -284,13 +285,8 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         let mut p = parts.p;
         match form {
             Covariance::Packed => {
-                for (u, v) in first.iter_mut().zip(second.iter_mut()) {
-                    *u /= root[0];
-                    *v = (*v - root[1] * *u) / root[2];
-                }
-                for ((delta, u), v) in vectors.delta.iter_mut().zip(&**first).zip(&**second) {
-                    *delta += whitened.x * *u + whitened.y * *v;
-                }
+                let columns = [&mut **first, &mut **second];
+                widest((&root, columns, &whitened, &mut *vectors.delta), whiten, whiten);
                 pending.waiting += 1;
                 if pending.waiting == BATCH {
                     packed::downdate(&mut p, &vectors.shared(BATCH), None);
@@ -323,9 +319,10 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             vectors.lever.fill(T::zero());
             let offsets = landmarks.iter().take(count).map(|landmark| landmark.offset);
             for at in core::iter::once(0).chain(offsets) {
-                let step = rotation * Vector2::new(vectors.delta[at], vectors.delta[at + 1]);
-                (vectors.delta[at], vectors.delta[at + 1]) = (step.x, step.y);
-                (vectors.lever[at], vectors.lever[at + 1]) = (-step.y, step.x);
+                let (delta, lever) = (&mut vectors.delta[at..][..2], &mut vectors.lever[at..][..2]);
+                let step = rotation * Vector2::new(delta[0], delta[1]);
+                delta.copy_from_slice(step.as_slice());
+                lever.copy_from_slice(&[-step.y, step.x]);
             }
         }
         match (form, invariant) {
@@ -341,7 +338,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                 factored::reset(&mut p, vectors.lever, f, v);
             }
         }
-        add_steps(x, rounding, vectors.delta);
+        widest((&mut *x, &mut *rounding, &*vectors.delta), add_steps, add_steps);
         Parts { x, rounding, first, work: &mut [], p }.wrap_heading();
     }
 }
@@ -375,12 +372,10 @@ impl<'a, T: Real> Vectors<'a, T> {
         self.column[1] = p.at(1, 2);
         self.column[2..].copy_from_slice(p.view().row(2));
         for vector in self.pairs.iter().take(waiting).flatten() {
-            subtract(self.column, vector[2], vector);
+            widest((&mut *self.column, vector[2], &**vector), subtract, subtract);
         }
-        let half = self.column[2] * T::lit(0.5);
-        for (b, a) in self.column.iter_mut().zip(&*self.lever) {
-            *b += half * *a;
-        }
+        let half = -self.column[2] * T::lit(0.5);
+        widest((&mut *self.column, half, &*self.lever), subtract, subtract);
     }
 }
 
@@ -393,8 +388,48 @@ pub(super) fn product<T: Real>(rows: &[Row<T>], vector: &[T]) -> Vector2<T> {
     sum
 }
 
-fn subtract<T: Real>(from: &mut [T], factor: T, vector: &[T]) {
+/// from ← from − factor · vector.
+#[inline(always)]
+fn subtract<T: Real>((from, factor, vector): (&mut [T], T, &[T])) {
     for (value, step) in from.iter_mut().zip(vector) {
         *value -= factor * *step;
+    }
+}
+
+/// (u, v) ← (u, v) L⁻ᵀ, δ ← δ + u w₁ + v w₂.
+#[inline(always)]
+fn whiten<T: Real>((root, [first, second], innovation, delta): Whitening<'_, T>) {
+    for ((u, v), delta) in first.iter_mut().zip(second).zip(delta) {
+        *u /= root[0];
+        *v = (*v - root[1] * *u) / root[2];
+        *delta += innovation.x * *u + innovation.y * *v;
+    }
+}
+
+type Whitening<'a, T> = (&'a [T; 3], [&'a mut [T]; 2], &'a Vector2<T>, &'a mut [T]);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_processors_own_vectors_give_the_same_bits() {
+        for size in 0..40 {
+            let numbers = |seed: f32| (0..size).map(move |at| (seed + 1.7 * at as f32).sin());
+            let vectors = || [0.3, 1.1, 2.9].map(|seed| numbers(seed).collect::<std::vec::Vec<f32>>());
+            let (mut one, mut other) = (vectors(), vectors());
+            let ([a, b, c], [u, v, w]) = (&mut one, &mut other);
+            let (root, innovation) = ([0.7, -0.2, 1.3], Vector2::new(0.4, -0.9));
+            widest((&root, [&mut **a, &mut **b], &innovation, &mut **c), whiten, whiten);
+            whiten((&root, [u, v], &innovation, w));
+            widest((&mut **a, 0.3, &**b), subtract, subtract);
+            subtract((u, 0.3, v));
+            widest((&mut **a, &mut **b, &**c), add_steps, add_steps);
+            add_steps((u, v, w));
+            let bits = |vectors: [std::vec::Vec<f32>; 3]| {
+                vectors.map(|v| v.into_iter().map(f32::to_bits).collect::<std::vec::Vec<_>>())
+            };
+            assert_eq!(bits(one), bits(other), "size {size}");
+        }
     }
 }
