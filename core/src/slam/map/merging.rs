@@ -23,9 +23,11 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             return;
         }
         sort_for_search(&mut candidates);
-        let pair = |one: &Candidate<T>| self.pair_of(one.observation, one.landmark);
-        let stacked = candidates.iter().filter_map(pair).map(|pair| Stacked::new(&self.filter, pair));
-        let pairs: heapless::Vec<_, MAX_JOINT_CANDIDATES> = stacked.collect();
+        let mut pairs = heapless::Vec::<_, MAX_JOINT_CANDIDATES>::new();
+        for one in &candidates {
+            let Some(pair) = self.pair_of(one.observation, one.landmark) else { continue };
+            let _ = pairs.push(Stacked::new(&self.filter, pair));
+        }
         let correlated = Pairs { pairs: &pairs, filter: &self.filter };
         let MapConfig { joint_nodes, ambiguity, caution, .. } = self.config;
         let found = joint_compatibility(&candidates, &correlated, joint_nodes, ambiguity, caution);

@@ -243,9 +243,14 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             return exclusive_nearest(candidates);
         }
         sort_for_search(candidates);
-        let Some(pairs) = self.pairs(features, candidates, finder) else {
-            return exclusive_nearest(candidates);
-        };
+        // One after the other into its place: as a whole the list is too long to be moved on a microcontroller's stack.
+        let mut pairs = heapless::Vec::<_, MAX_JOINT_CANDIDATES>::new();
+        for candidate in candidates.iter() {
+            let Some(pair) = self.stacked(features, candidate, finder) else {
+                return exclusive_nearest(candidates);
+            };
+            let _ = pairs.push(pair); // small: it fits
+        }
         let correlated = Pairs { pairs: &pairs, filter: &self.filter };
         let MapConfig { joint_nodes, ambiguity, caution, .. } = self.config;
         let result = joint_compatibility(candidates, &correlated, joint_nodes, ambiguity, caution);
@@ -255,26 +260,22 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         candidates.retain(|_| index.next().is_some_and(|index| result.chosen.contains(&index)));
     }
 
-    /// The candidates as the joint search sees them; `None` where one cannot be linearised.
-    fn pairs(
+    /// A candidate as the joint search sees it; `None` where it cannot be linearised.
+    fn stacked(
         &self,
         features: &[Feature<T>],
-        candidates: &[Candidate<T>],
+        candidate: &Candidate<T>,
         finder: Option<&RangeFinder<T>>,
-    ) -> Option<heapless::Vec<Stacked<T>, MAX_JOINT_CANDIDATES>> {
-        let with_mount = self.filter.config().mount_std.is_some();
-        let pair = |candidate: &Candidate<T>| {
-            let measurement = &features.get(candidate.observation)?.measurement;
-            let Landmark { offset: at, form, .. } = *self.filter.landmarks().get(candidate.landmark)?;
-            let linear = self.linearise(candidate.landmark, measurement, finder)?;
-            let pair = Pair {
-                innovation: linear.innovation,
-                noise: linear.noise,
-                offset: offset(&linear, form, self.config.density),
-                rows: linear.rows(at, form, with_mount),
-            };
-            Some(Stacked::new(&self.filter, pair))
+    ) -> Option<Stacked<T>> {
+        let measurement = &features.get(candidate.observation)?.measurement;
+        let Landmark { offset: at, form, .. } = *self.filter.landmarks().get(candidate.landmark)?;
+        let linear = self.linearise(candidate.landmark, measurement, finder)?;
+        let pair = Pair {
+            innovation: linear.innovation,
+            noise: linear.noise,
+            offset: offset(&linear, form, self.config.density),
+            rows: linear.rows(at, form, self.filter.config().mount_std.is_some()),
         };
-        candidates.iter().map(pair).collect()
+        Some(Stacked::new(&self.filter, pair))
     }
 }
