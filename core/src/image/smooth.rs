@@ -12,13 +12,13 @@ pub fn smooth_row(row: &[u8], out: &mut [u16]) {
     // [1 1] four times over, each time from the value before: four additions a pixel.
     let (mut first, mut second, mut third, mut fourth) = (0, 0, 0, 0);
     let mut next = |pixel: &u8| {
-        let a = u32::from(*pixel);
+        let a = u16::from(*pixel);
         let b = a + first;
         let c = b + second;
         let d = c + third;
         let e = d + fourth;
         (first, second, third, fourth) = (a, b, c, d);
-        e as u16
+        e
     };
     let (head, rest) = row.split_at(row.len().min(4));
     head.iter().for_each(|pixel| _ = next(pixel));
