@@ -1,5 +1,7 @@
 use super::lanes::{both, join, pairs, split};
 
+const EVEN_BYTES: u32 = 0x00ff_00ff;
+
 /// Writes [1 4 6 4 1] ∗ `row`, which is four values shorter than `row`, into the start of `out`; value 0
 /// belongs to pixel 2.
 ///
@@ -9,20 +11,27 @@ use super::lanes::{both, join, pairs, split};
 /// assert_eq!(out, [160, 176, 224]);
 /// ```
 pub fn smooth_row(row: &[u8], out: &mut [u16]) {
-    // [1 1] four times over, each time from the value before: four additions a pixel.
-    let (mut first, mut second, mut third, mut fourth) = (0, 0, 0, 0);
-    let mut next = |pixel: &u8| {
-        let a = u16::from(*pixel);
-        let b = a + first;
-        let c = b + second;
-        let d = c + third;
-        let e = d + fourth;
-        (first, second, third, fourth) = (a, b, c, d);
-        e
-    };
-    let (head, rest) = row.split_at(row.len().min(4));
-    head.iter().for_each(|pixel| _ = next(pixel));
-    out.iter_mut().zip(rest).for_each(|(out, pixel)| *out = next(pixel));
+    let words = |start: usize| row.get(start..).unwrap_or_default().as_chunks::<4>().0;
+    let (quads, rest) = out.as_chunks_mut::<4>();
+    let done = 4 * quads.len();
+    for (((quad, at), next), last) in quads.iter_mut().zip(words(0)).zip(words(2)).zip(words(4)) {
+        // Pixels 0, 2 and 1, 3; 2, 4 and 3, 5; 4, 6 and 5, 7.
+        let [[a, b], [c, d], [e, f]] = [at, next, last].map(|bytes| {
+            let word = u32::from_le_bytes(*bytes);
+            [word & EVEN_BYTES, word >> 8 & EVEN_BYTES]
+        });
+        let even = a + e + 4 * (b + c + d) + 2 * c;
+        let odd = b + f + 4 * (c + d + e) + 2 * d;
+        let [first, second] = split(even & 0xffff | odd << 16);
+        let [third, fourth] = split(even >> 16 | odd & 0xffff_0000);
+        *quad = [first, second, third, fourth];
+    }
+    for (out, window) in rest.iter_mut().zip(row.get(done..).unwrap_or_default().windows(5)) {
+        if let &[a, b, c, d, e] = window {
+            let [a, b, c, d, e] = [a, b, c, d, e].map(u16::from);
+            *out = a + e + 4 * (b + d) + 6 * c;
+        }
+    }
 }
 
 /// Writes [1 4 6 4 1]ᵀ ∗ `rows` / 16, rounded, for rows made by [`smooth_row`], from the topmost on.
