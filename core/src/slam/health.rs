@@ -1,7 +1,8 @@
 //! Is the filter to be believed? A verdict from what every update says about itself.
 //!
 //! The normalised innovations of a consistent filter average to 1 a degree of freedom, ± √(2/(n·dof)) over n of
-//! them: ± 0.125 over the window of 64 measurements of two. A run of inflated or gated measurements means that the
+//! them: ± 0.125 over the window of 64 measurements of two. One beyond its gate counts as if it were on it: it may be of a
+//! neighbour that has no landmark, and how far off that is tells nothing of the covariance. A run of inflated or gated measurements means that the
 //! state has left the place the sensor sees.
 use super::update::{Decision, Outcome};
 use crate::Real;
@@ -69,7 +70,7 @@ impl<T: Real> Health<T> {
         }
         let at = self.measurements as usize % WINDOW;
         if let Some(entry) = self.window.get_mut(at) {
-            *entry = nis / T::lit(outcome.dof.max(1) as f64);
+            *entry = nis.min(threshold) / T::lit(outcome.dof.max(1) as f64);
         }
         self.measurements = self.measurements.wrapping_add(1);
         if nis > threshold {
@@ -102,5 +103,28 @@ impl<T: Real> Health<T> {
         } else {
             Verdict::Consistent
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn verdict_after(nis: impl Fn(usize) -> f64) -> Verdict {
+        let mut health = Health::default();
+        for index in 0..2 * WINDOW {
+            let nis = nis(index);
+            let decision = if nis > 9.21 { Decision::Gated } else { Decision::Update };
+            health.note(&Outcome { decision, nis: Some(nis), dof: 2, ..Outcome::default() }, 9.21);
+        }
+        health.verdict()
+    }
+
+    #[test]
+    fn a_neighbour_that_is_gated_again_and_again_is_not_over_confidence() {
+        assert_eq!(verdict_after(|index| if index % 5 == 0 { 24.0 } else { 1.0 }), Verdict::Consistent);
+        assert_eq!(verdict_after(|_| 4.0), Verdict::OverConfident);
+        assert_eq!(verdict_after(|index| if index % 2 == 0 { 24.0 } else { 1.0 }), Verdict::OverConfident);
+        assert_eq!(verdict_after(|_| 24.0), Verdict::Diverging);
     }
 }
