@@ -9,6 +9,8 @@ use tempfile::NamedTempFile;
 
 /// Files that appear in a folder together, or not at all: each is written beside its place under another name,
 /// and [`commit`](Self::commit) renames them. Dropped without it, nothing stays.
+///
+/// A link is followed, and what is no plain file (`/dev/null`, a named pipe) is written to, never replaced.
 #[derive(Debug)]
 pub struct Outputs {
     folder: PathBuf,
@@ -36,8 +38,10 @@ impl Outputs {
         name: &str,
         content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> Result<()> {
-        let target = self.folder.join(name);
-        let folder = target.parent().unwrap_or(&self.folder);
+        let named = self.folder.join(name);
+        let target = fs::canonicalize(&named).unwrap_or(named);
+        let elsewhere = std::env::temp_dir();
+        let folder = if is_special(&target) { &elsewhere } else { target.parent().unwrap_or(&self.folder) };
         fs::create_dir_all(folder).map_err(|error| io_error(&error).at(folder))?;
         let written = (|| {
             let mut builder = tempfile::Builder::new();
@@ -59,10 +63,26 @@ impl Outputs {
     pub fn commit(mut self) -> Result<()> {
         self.made_folder = false;
         for (file, target) in std::mem::take(&mut self.staged) {
-            file.persist(&target).map_err(|error| io_error(&error.error).at(&target))?;
+            let put = if is_special(&target) {
+                pour(file.path(), &target)
+            } else {
+                file.persist(&target).map(drop).map_err(|error| error.error)
+            };
+            put.map_err(|error| io_error(&error).at(&target))?;
         }
         Ok(())
     }
+}
+
+/// Whether something is there that is neither a plain file nor a folder.
+fn is_special(path: &Path) -> bool {
+    fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
+}
+
+/// Writes a file's content into what is there already.
+fn pour(from: &Path, into: &Path) -> io::Result<()> {
+    let mut out = fs::OpenOptions::new().write(true).open(into)?;
+    io::copy(&mut fs::File::open(from)?, &mut out).map(drop)
 }
 
 impl Drop for Outputs {

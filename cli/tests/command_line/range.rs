@@ -126,3 +126,24 @@ fn opencvs_own_calibration_file_is_read() {
     let range: f64 = column(&csv, "range")[0].parse().unwrap();
     assert!((range - 3_f64.sqrt()).abs() < 1e-12, "the principal ray goes 30° down: {range}");
 }
+
+#[cfg(unix)]
+#[test]
+fn a_pipe_or_a_link_is_written_to_and_not_replaced() {
+    use std::{fs, os::unix::fs::FileTypeExt, process::Command};
+    let folder = Folder::new();
+    folder.write("rig.toml", RIG).write("pixels.csv", "u,v\n160,200\n").write("real.csv", "old");
+    let plain = folder.run("range --rig rig.toml pixels.csv").success();
+
+    assert!(Command::new("mkfifo").arg(folder.path("pipe")).status().unwrap().success());
+    let pipe = folder.path("pipe");
+    let reader = std::thread::spawn(move || fs::read_to_string(pipe).unwrap());
+    folder.run("range --rig rig.toml pixels.csv --out pipe").success();
+    assert!(fs::symlink_metadata(folder.path("pipe")).unwrap().file_type().is_fifo());
+    assert_eq!(reader.join().unwrap(), plain);
+
+    std::os::unix::fs::symlink("real.csv", folder.path("link.csv")).unwrap();
+    folder.run("range --rig rig.toml pixels.csv --out link.csv").success();
+    assert!(fs::symlink_metadata(folder.path("link.csv")).unwrap().is_symlink());
+    assert_eq!(folder.read("real.csv"), plain);
+}
