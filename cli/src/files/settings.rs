@@ -63,7 +63,7 @@ macro_rules! setting {
 #[rustfmt::skip]
 pub const SETTINGS: &[Setting] = &[
     setting!(extract.edge_threshold = extract.edge_threshold: Number, "grey/px", "Least gradient of an edge point along its dominant axis."),
-    setting!(extract.opening = extract.opening: Count, "px", "Pixels in a row that an edge must fill to survive the opening, 1 to 9."),
+    setting!(extract.opening = extract.opening: Count, "px", "Pixels in a row that an edge must fill to survive the opening, 1 to 6."),
     setting!(extract.floor_top = extract.floor_top: Number, "of height", "Top of the region in which floor edges are looked for."),
     setting!(extract.floor_spread = extract.floor_spread: Number, "rad", "Largest angle of a floor edge from the horizontal."),
     setting!(extract.vertical_spread = extract.vertical_spread: Number, "rad", "Largest angle of a vertical edge from the vertical."),

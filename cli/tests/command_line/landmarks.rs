@@ -71,5 +71,5 @@ fn pictures_that_cannot_be_used_are_refused() {
     );
     folder.write("rig.toml", format!("{RIG}\n[extract]\nopening = 30\n"));
     folder
-        .fails("landmarks --rig rig.toml sim/frames", &["line 14", "`extract.opening` is 30", "from 1 to 9"]);
+        .fails("landmarks --rig rig.toml sim/frames", &["line 14", "`extract.opening` is 30", "from 1 to 6"]);
 }

@@ -39,5 +39,5 @@ pub use gradient::{
 pub use grey::Grey;
 pub use mask::{close_column, close_row, intersect, mask_bit, mask_len, open_row, threshold_row, unite};
 pub use noise::NoiseLevel;
-pub use rows::{GradientRows, LINE_BUFFERS, MARGIN, MAX_OPENING, OpeningRows};
+pub use rows::{GradientRows, MARGIN, MAX_OPENING, OpeningRows, line_buffers};
 pub use smooth::{smooth_column, smooth_row};

@@ -1,39 +1,45 @@
 //! Line buffers over lent memory: the last rows of every stage, and no frame.
 #![allow(clippy::indexing_slicing, reason = "ring indices are taken modulo the ring's length")]
 use super::{close_column, column_sums, gradient_row, intersect, mask_len, smooth_column, smooth_row, unite};
+use core::ops::Range;
 
-/// Rows of 16-bit words that [`GradientRows`] needs, a picture's width each.
-pub const LINE_BUFFERS: usize = 16;
+/// Rows of 16-bit words that [`GradientRows`] needs to keep the last `kept` rows of gradient, a picture's width each.
+pub const fn line_buffers(kept: usize) -> usize {
+    10 + 2 * kept
+}
 /// Columns and rows of the picture before the first gradient.
 pub const MARGIN: usize = 3;
 /// The longest run of [`OpeningRows`].
-pub const MAX_OPENING: usize = 9;
+pub const MAX_OPENING: usize = 6;
 
-/// From rows of pixels to the last three rows of gradient.
+/// From rows of pixels to the last rows of gradient.
 pub struct GradientRows<'a> {
     along: [&'a mut [u16]; 5],
     smooth: [&'a mut [u16]; 3],
     sum: &'a mut [u16],
     difference: &'a mut [u16],
-    gradient_u: [&'a mut [u16]; 3],
-    gradient_v: [&'a mut [u16]; 3],
+    gradient_u: &'a mut [u16],
+    gradient_v: &'a mut [u16],
+    /// Values of a row of gradient.
+    columns: usize,
 }
 
 impl<'a> GradientRows<'a> {
     /// A view of `words`, which hold the same buffers as at the row before; `None` when there are fewer than
-    /// [`LINE_BUFFERS`] words a column, or too few columns for a gradient with neighbours.
-    pub fn new(words: &'a mut [u16], width: usize) -> Option<Self> {
+    /// [`line_buffers`] words a column, or too few columns for a gradient with neighbours.
+    pub fn new(words: &'a mut [u16], width: usize, kept: usize) -> Option<Self> {
         let smoothed = width.checked_sub(4)?;
-        let gradient = width.checked_sub(2 * MARGIN).filter(|columns| *columns > 2)?;
+        let columns = width.checked_sub(2 * MARGIN).filter(|columns| *columns > 2)?;
         let mut rest = words;
-        let mut next = |columns| rest.split_off_mut(..width).map(|row: &mut [u16]| &mut row[..columns]);
+        let mut next = |values| rest.split_off_mut(..values);
         Some(Self {
             along: [next(smoothed)?, next(smoothed)?, next(smoothed)?, next(smoothed)?, next(smoothed)?],
             smooth: [next(smoothed)?, next(smoothed)?, next(smoothed)?],
             sum: next(smoothed)?,
             difference: next(smoothed)?,
-            gradient_u: [next(gradient)?, next(gradient)?, next(gradient)?],
-            gradient_v: [next(gradient)?, next(gradient)?, next(gradient)?],
+            gradient_u: next(kept * columns)?,
+            gradient_v: next(kept * columns)?,
+            columns,
         })
     }
 
@@ -50,15 +56,25 @@ impl<'a> GradientRows<'a> {
         }
         let smooth = core::array::from_fn(|k| &*self.smooth[(newest + 1 + k) % 3]);
         column_sums(smooth, self.sum, self.difference);
-        gradient_row(self.sum, self.difference, self.gradient_u[newest % 3], self.gradient_v[newest % 3]);
+        let place = self.place(newest - MARGIN);
+        gradient_row(
+            self.sum,
+            self.difference,
+            &mut self.gradient_u[place.clone()],
+            &mut self.gradient_v[place],
+        );
     }
 
-    /// The three newest rows of (G_u, G_v) from the top, from row 8 on; value 0 belongs to column [`MARGIN`].
-    pub fn gradients(&self, newest: usize) -> [(&[u16], &[u16]); 3] {
-        core::array::from_fn(|k| {
-            let row = (newest + 1 + k) % 3;
-            (&*self.gradient_u[row], &*self.gradient_v[row])
-        })
+    /// (G_u, G_v) in a row of the picture that still is kept; value 0 belongs to column [`MARGIN`].
+    pub fn gradient(&self, row: usize) -> (&[u16], &[u16]) {
+        let place = self.place(row);
+        (&self.gradient_u[place.clone()], &self.gradient_v[place])
+    }
+
+    /// Where a row's gradient is kept.
+    fn place(&self, row: usize) -> Range<usize> {
+        let start = row * self.columns % self.gradient_u.len();
+        start..start + self.columns
     }
 }
 
@@ -110,11 +126,6 @@ impl<'a> OpeningRows<'a> {
         intersect(self.closed.chunks_exact(self.words), &mut self.eroded[ring_row(newest)]);
         unite(self.eroded.chunks_exact(self.words), self.opened);
         self.opened
-    }
-
-    /// The newest mask row that was pushed.
-    pub fn newest(&self, newest: usize) -> &[u32] {
-        self.raw[newest % 3]
     }
 }
 
@@ -174,8 +185,8 @@ mod tests {
 
     #[test]
     fn narrow_pictures_have_no_gradient_rows() {
-        assert!(GradientRows::new(&mut [0; 1000], 8).is_none());
-        assert!(GradientRows::new(&mut [0; 1000], 9).is_some());
-        assert!(GradientRows::new(&mut [0; 100], 9).is_none());
+        assert!(GradientRows::new(&mut [0; 1000], 8, 3).is_none());
+        assert!(GradientRows::new(&mut [0; 1000], 9, 3).is_some());
+        assert!(GradientRows::new(&mut [0; 60], 9, 3).is_none());
     }
 }

@@ -7,7 +7,7 @@ use crate::{Error, Result};
 pub struct ExtractConfig {
     /// Least gradient of an edge point along its dominant axis, grey levels per pixel.
     pub edge_threshold: f32,
-    /// Pixels in a row that an edge must fill along its dominant axis to survive the opening, 1 to 9.
+    /// Pixels in a row that an edge must fill along its dominant axis to survive the opening, 1 to 6.
     pub opening: usize,
     /// Top of the region of interest of the floor's edges, as a fraction of the height (the paper's 48 of 240).
     pub floor_top: f32,
@@ -80,7 +80,7 @@ impl ExtractConfig {
                 127.0,
                 "from 0.1 to 127 grey levels per pixel",
             ),
-            ("extract.opening", self.opening as f32, 1.0, 9.0, "from 1 to 9 pixels"),
+            ("extract.opening", self.opening as f32, 1.0, 6.0, "from 1 to 6 pixels"),
             ("extract.floor_top", self.floor_top, 0.0, 1.0, "a fraction of the height"),
             ("extract.floor_spread", self.floor_spread, 0.02, quarter_turn, "from 1° to 90°"),
             ("extract.vertical_spread", self.vertical_spread, 0.02, quarter_turn / 2.0, "from 1° to 45°"),

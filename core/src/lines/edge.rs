@@ -25,8 +25,6 @@ pub struct EdgePoint {
 
 /// The point belongs to no line.
 pub(super) const NO_OWNER: u8 = 255;
-/// The point waits for the opening along its column.
-const PENDING: u8 = 254;
 /// Added to an owner for points too close to a corner to fit lines to.
 pub(super) const NEAR_CORNER: u8 = 64;
 
@@ -112,16 +110,11 @@ pub(super) fn unit(direction: u8) -> Vector2<f32> {
 /// The bookkeeping of a list of edge points that is thinned, not cut, when there are more than fit: the stride
 /// doubles and every second point along every edge goes, so that what remains covers the picture evenly.
 ///
-/// Points enter with their position in the picture's pixels, in the order of rows. Those on steep edges wait
-/// until the opening along the columns has seen enough rows below them: the list is the settled points, a gap where points
-/// were dropped, and the waiting ones, each of which is looked at once.
+/// Points enter with their position in the picture's pixels, in the order of rows.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EdgeList {
-    /// Points before this index are settled.
-    settled: usize,
-    /// The first point that waits, or that comes after one.
-    waiting: usize,
-    end: usize,
+    /// Points in the list.
+    pub(super) len: usize,
     /// Every how many pixels along its dominant axis an edge keeps a point.
     pub(super) stride: usize,
     /// Points that were found, whether kept or not.
@@ -130,12 +123,7 @@ pub(super) struct EdgeList {
 
 impl EdgeList {
     pub(super) fn new() -> Self {
-        Self { settled: 0, waiting: 0, end: 0, stride: 1, found: 0 }
-    }
-
-    /// Points in the list.
-    pub(super) fn len(&self) -> usize {
-        self.settled + self.end - self.waiting
+        Self { len: 0, stride: 1, found: 0 }
     }
 
     /// Whether thinning keeps an edge point at this pixel; counts it either way.
@@ -170,76 +158,33 @@ impl EdgeList {
             direction,
             strength: u8::try_from((length + HALF_LEVEL / 2) / HALF_LEVEL).unwrap_or(u8::MAX),
             curvature: (curvature * 256.0 + 0.5) as u8,
-            owner: if steep { PENDING } else { NO_OWNER },
+            owner: NO_OWNER,
         };
-        while (if steep { row } else { column }).is_multiple_of(self.stride) {
-            if let Some(slot) = points.get_mut(self.end) {
+        while (if steep { row } else { column }).is_multiple_of(self.stride) && !points.is_empty() {
+            if let Some(slot) = points.get_mut(self.len) {
                 *slot = point;
-                self.end += 1;
+                self.len += 1;
                 return;
             }
-            if points.is_empty() {
-                return;
-            }
-            if !self.close_gap(points) {
-                self.thin(points);
-            }
+            self.thin(points);
         }
     }
 
-    /// Moves the waiting points up to the settled ones; returns whether that made room.
-    pub(super) fn close_gap(&mut self, points: &mut [EdgePoint]) -> bool {
-        let gap = self.waiting - self.settled;
-        if gap > 0 && self.end <= points.len() {
-            points.copy_within(self.waiting..self.end, self.settled);
-            self.waiting = self.settled;
-            self.end -= gap;
-        }
-        gap > 0
-    }
-
-    /// Doubles the stride; there is no gap.
+    /// Doubles the stride.
     fn thin(&mut self, points: &mut [EdgePoint]) {
         self.stride *= 2;
         let stride = self.stride;
-        let mut settled = 0;
-        let before = self.settled;
-        self.retain(points, |index, point| {
+        self.retain(points, |point| {
             // A point on a steep edge lies exactly on a row, one on a flat edge exactly on a column.
             let (x, y) = (point.position.x, point.position.y);
             let along = if y == (y as u32) as f32 { y } else { x };
-            let kept = (along as usize).is_multiple_of(stride);
-            settled += usize::from(kept && index < before);
-            kept
+            (along as usize).is_multiple_of(stride)
         });
-        (self.settled, self.waiting) = (settled, settled);
     }
 
-    /// Settles the waiting points of `row`: those whose column is `opened` stay.
-    pub(super) fn confirm(&mut self, points: &mut [EdgePoint], row: usize, opened: impl Fn(usize) -> bool) {
-        let row = row as f32;
-        while let Some(point) = points.get(self.waiting).filter(|_| self.waiting < self.end) {
-            let mut point = *point;
-            let waits = point.owner == PENDING;
-            if waits && point.position.y > row {
-                return;
-            }
-            self.waiting += 1;
-            if waits && !opened((point.position.x + 0.5) as usize) {
-                continue;
-            }
-            point.owner = NO_OWNER;
-            if let Some(slot) = points.get_mut(self.settled) {
-                *slot = point;
-                self.settled += 1;
-            }
-        }
-    }
-
-    /// Moves every point to where an ideal camera would see it; drops those outside the lens model. No point waits any more.
+    /// Moves every point to where an ideal camera would see it; drops those outside the lens model.
     pub(super) fn undistort(&mut self, points: &mut [EdgePoint], lens: &LensGrid<'_>) {
-        self.close_gap(points);
-        self.retain(points, |_, point| {
+        self.retain(points, |point| {
             let normal = unit(point.direction);
             let tangent = Vector2::new(normal.y, -normal.x);
             let ideal = lens.ideal_from_pixel(point.position, tangent);
@@ -249,21 +194,20 @@ impl EdgeList {
             }
             ideal.is_some()
         });
-        (self.settled, self.waiting) = (self.end, self.end);
     }
 
-    fn retain(&mut self, points: &mut [EdgePoint], mut keep: impl FnMut(usize, &mut EdgePoint) -> bool) {
+    fn retain(&mut self, points: &mut [EdgePoint], mut keep: impl FnMut(&mut EdgePoint) -> bool) {
         let mut kept = 0;
-        for index in 0..self.end {
+        for index in 0..self.len {
             let Some(mut point) = points.get(index).copied() else { break };
-            if keep(index, &mut point) {
+            if keep(&mut point) {
                 if let Some(slot) = points.get_mut(kept) {
                     *slot = point;
                 }
                 kept += 1;
             }
         }
-        self.end = kept;
+        self.len = kept;
     }
 }
 
@@ -316,28 +260,10 @@ mod tests {
                     list.push(&mut points, (column, row), (1000, 0), 0, (0.25, 0.5));
                 }
             }
-            list.confirm(&mut points, row, |_| true);
         }
-        list.close_gap(&mut points);
         assert_eq!((list.found, list.stride), (400, 8));
-        let rows: Vec<f32> = points[..list.len()].iter().step_by(2).map(|p| p.position.y).collect();
+        let rows: Vec<f32> = points[..list.len].iter().step_by(2).map(|p| p.position.y).collect();
         assert_eq!(rows, (0..25).map(|k| k as f32 * 8.0).collect::<Vec<_>>());
-        assert!(points[..list.len()].iter().all(|p| p.owner == NO_OWNER));
-    }
-
-    #[test]
-    fn points_outside_the_opened_mask_go_and_flat_ones_stay() {
-        let mut points = [EdgePoint::default(); 8];
-        let mut list = EdgeList::new();
-        list.push(&mut points, (3, 5), (1000, 0), 0, (0.0, 0.5));
-        list.push(&mut points, (4, 5), (1000, 0), 0, (0.0, 0.5));
-        list.push(&mut points, (9, 5), (0, 1000), 64, (0.4, 0.5));
-        list.push(&mut points, (3, 6), (1000, 0), 0, (0.0, 0.5));
-        list.confirm(&mut points, 5, |column| column == 4);
-        list.close_gap(&mut points);
-        let columns: Vec<f32> = points[..list.len()].iter().map(|p| p.position.x).collect();
-        assert_eq!(columns, [4.0, 9.0, 3.0]);
-        list.confirm(&mut points, 6, |_| false);
-        assert_eq!(list.len(), 2);
+        assert!(points[..list.len].iter().all(|p| p.owner == NO_OWNER));
     }
 }

@@ -1,6 +1,6 @@
 #![allow(clippy::indexing_slicing, reason = "kernel: a bit's number is masked to its window")]
 use super::edge::{EdgeList, EdgePoint, Profile, maximum, steps_from_direction};
-use crate::image::{GRADIENT_ZERO, MARGIN, OpeningRows, close_row, mask_bit, open_row, threshold_row};
+use crate::image::{GRADIENT_ZERO, MARGIN, close_row, open_row, threshold_row};
 
 /// What an edge can be, by the direction of its gradient.
 pub(super) const VERTICAL: u8 = 1;
@@ -12,7 +12,7 @@ type Rows<'a> = [(&'a [u16], &'a [u16]); 3];
 /// The search for the edge points of a row, the maxima of the gradient across edges.
 ///
 /// Steep edges (|G_u| ≥ |G_v|) have their maxima along the row, the others along the column. What is below the threshold or
-/// not opened by a run along the edge's dominant axis is no edge; for steep ones that is known only `run` rows later.
+/// not opened by a run along the edge's dominant axis is no edge; along the columns others have opened the rows before.
 pub(super) struct EdgeSearch<'a> {
     /// [`VERTICAL`], [`FLOOR`] or nothing for every direction.
     pub(super) kinds: &'a [u8; 256],
@@ -25,30 +25,24 @@ pub(super) struct EdgeSearch<'a> {
 }
 
 impl EdgeSearch<'_> {
-    /// Adds the edge points of row `centre` and settles those of the row `run` above; `rows` are the gradients around it, or
-    /// `None` below the picture.
+    /// Adds the edge points of row `centre`: `steep` are the pixels of steep edges, `rows` the gradients around it.
     pub(super) fn row(
         &self,
         centre: usize,
-        rows: Option<Rows<'_>>,
-        (opening, mask): (&mut OpeningRows<'_>, &mut [u32]),
+        steep: &[u32],
+        rows: Rows<'_>,
+        flat: &mut [u32],
         points: &mut [EdgePoint],
         edges: &mut EdgeList,
     ) {
-        let opened = opening.push(centre, |strong| match &rows {
-            Some([_, (gradient_u, _), _]) => threshold_row(gradient_u, self.threshold, strong),
-            None => strong.fill(0),
-        });
-        if let Some(row) = centre.checked_sub(self.run) {
-            edges.confirm(points, row, |column| mask_bit(opened, column - MARGIN));
-        }
-        let Some(rows) = rows else { return };
         let in_region = centre >= self.floor_top;
         let wanted = if in_region { VERTICAL | FLOOR } else { VERTICAL };
         let mut take = |index: usize, profile: Profile| {
             let [_, gradient, _] = profile;
             let place = (index + MARGIN, centre);
-            if !edges.wants(place, gradient) {
+            // Closing adds weak pixels.
+            let strength = gradient.0.unsigned_abs().max(gradient.1.unsigned_abs());
+            if strength < u32::from(self.threshold) || !edges.wants(place, gradient) {
                 return;
             }
             let direction = steps_from_direction(gradient.0 as f32, gradient.1 as f32);
@@ -59,7 +53,7 @@ impl EdgeSearch<'_> {
         };
         let [_, at, _] = rows;
         let [first, second] = &mut [[0; 34]; 2];
-        for (word, bits) in opening.newest(centre).iter().enumerate().filter(|(_, bits)| **bits != 0) {
+        for (word, bits) in steep.iter().enumerate().filter(|(_, bits)| **bits != 0) {
             let along = window(at.0, 32 * word, 1, first);
             let across = window(at.1, 32 * word, 1, second);
             for bit in ones(steep_maxima(along, *bits)) {
@@ -71,21 +65,18 @@ impl EdgeSearch<'_> {
         if !in_region {
             return;
         }
-        threshold_row(at.1, self.threshold, mask);
-        close_row(mask);
-        open_row(mask, self.run);
+        threshold_row(at.1, self.threshold, flat);
+        close_row(flat);
+        open_row(flat, self.run);
         let [[a, b, c], [d, e, f]] = &mut [[[0; 32]; 3]; 2];
-        for (word, bits) in mask.iter().enumerate().filter(|(_, bits)| **bits != 0) {
+        for (word, bits) in flat.iter().enumerate().filter(|(_, bits)| **bits != 0) {
             let [above, at, below] = rows;
             let along = [(above.1, &mut *a), (at.1, &mut *b), (below.1, &mut *c)]
                 .map(|(row, spare)| window(row, 32 * word, 0, spare));
             let across = [(above.0, &mut *d), (at.0, &mut *e), (below.0, &mut *f)]
                 .map(|(row, spare)| window(row, 32 * word, 0, spare));
             for bit in ones(flat_maxima(&along, *bits)) {
-                // Closing adds weak pixels.
-                if let Some(profile) = flat_profile(&along, &across, bit)
-                    && profile[1].1.unsigned_abs() >= u32::from(self.threshold)
-                {
+                if let Some(profile) = flat_profile(&along, &across, bit) {
                     take(32 * word + bit, profile);
                 }
             }

@@ -9,7 +9,8 @@ use super::lens::{LENS_WORDS, LensGrid};
 use super::search::Search;
 use crate::geometry::RangeFinder;
 use crate::image::{
-    GRADIENT_SCALE, GradientRows, Grey, LINE_BUFFERS, MARGIN, NoiseLevel, OpeningRows, mask_len,
+    GRADIENT_SCALE, GradientRows, Grey, MARGIN, MAX_OPENING, NoiseLevel, OpeningRows, line_buffers, mask_len,
+    threshold_row,
 };
 use crate::{Error, Result};
 use nalgebra::Vector2;
@@ -20,7 +21,13 @@ const NOISE_ROWS: usize = 8;
 /// accumulator with cells of 2 px.
 pub const fn row_words(width: usize, height: usize) -> usize {
     let accumulator = 44 * (width + height / 4).div_ceil(2);
-    if accumulator > LINE_BUFFERS * width { accumulator } else { LINE_BUFFERS * width }
+    let rows = line_buffers(kept_rows(MAX_OPENING)) * width;
+    if accumulator > rows { accumulator } else { rows }
+}
+
+/// Rows of gradient between the newest and the one above the one that is opened.
+const fn kept_rows(opening: usize) -> usize {
+    opening + 2
 }
 
 /// The 32-bit words that an extractor for pictures of this width needs: masks, and the lens's displacements.
@@ -107,8 +114,8 @@ where
     /// An extractor for the pictures of `finder`'s camera, ready for the first row.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] for an unusable configuration; [`Error::Size`] when `words` holds fewer than 16 words
-    /// a column or 2 an edge point, `masks` fewer than [`mask_words`], or `points` none or more than 65 535.
+    /// [`Error::OutOfRange`] for an unusable configuration; [`Error::Size`] when `words` holds fewer than 24 words
+    /// a column (for an opening by 5) or 2 an edge point, `masks` fewer than [`mask_words`], or `points` none or more than 65 535.
     pub fn new(
         config: ExtractConfig,
         finder: RangeFinder<f32>,
@@ -126,7 +133,11 @@ where
         if capacity > 65_535 {
             return Err(Error::Size { name: "extractor.points", got: capacity, expected: 65_535 });
         }
-        at_least("extractor.words", words.as_ref().len(), (LINE_BUFFERS * camera.width()).max(2 * capacity))?;
+        at_least(
+            "extractor.words",
+            words.as_ref().len(),
+            (line_buffers(kept_rows(config.opening)) * camera.width()).max(2 * capacity),
+        )?;
         at_least("extractor.masks", masks.as_ref().len(), mask_words(camera.width()))?;
 
         let (_, grid) = masks.as_mut().split_at_mut(row_masks(camera.width()));
@@ -227,7 +238,7 @@ where
         }
         if self.finder.camera().width() > 2 * (MARGIN + 1) {
             // Rows without edges push the last ones out of the opening.
-            (height..height + self.config.opening + 1).for_each(|newest| self.find_edges(newest, None));
+            (height..height + self.config.opening - 1).for_each(|newest| self.find_edges(newest, None));
         }
         let camera = self.finder.camera();
         let (_, grid) = self.masks.as_ref().split_at(row_masks(camera.width()));
@@ -253,32 +264,38 @@ where
 
     /// The edge points kept, after [`finish`](Self::finish).
     pub fn edge_points(&self) -> &[EdgePoint] {
-        self.points.as_ref().get(..self.edges.len()).unwrap_or_default()
+        self.points.as_ref().get(..self.edges.len).unwrap_or_default()
     }
 
     /// Takes the pixels of row `newest`, or `None` below the picture, and finds the edge points that are known with it.
     fn find_edges(&mut self, newest: usize, pixels: Option<&[u8]>) {
-        let width = self.finder.camera().width();
-        let search = EdgeSearch {
-            kinds: &self.kinds,
-            threshold: self.threshold,
-            run: self.config.opening,
-            floor_top: self.floor_top,
-        };
-        let (masks, maxima) = self.masks.as_mut().split_at_mut(OpeningRows::words(width));
-        let (Some(mut rows), Some(mut opening), Some(maxima)) = (
-            GradientRows::new(self.words.as_mut(), width),
-            OpeningRows::new(masks, width, search.run),
-            maxima.get_mut(..mask_len(width)),
+        let camera = self.finder.camera();
+        let (width, run) = (camera.width(), self.config.opening);
+        let (masks, flat) = self.masks.as_mut().split_at_mut(OpeningRows::words(width));
+        let (Some(mut rows), Some(mut opening), Some(flat)) = (
+            GradientRows::new(self.words.as_mut(), width, kept_rows(run)),
+            OpeningRows::new(masks, width, run),
+            flat.get_mut(..mask_len(width)),
         ) else {
             return;
         };
         if let Some(pixels) = pixels {
             rows.push(newest, pixels);
         }
-        let Some(centre) = newest.checked_sub(MARGIN + 1).filter(|centre| *centre > MARGIN) else { return };
-        let rows = pixels.map(|_| rows.gradients(newest));
-        search.row(centre, rows, (&mut opening, maxima), self.points.as_mut(), &mut self.edges);
+        let Some(row) = newest.checked_sub(MARGIN).filter(|row| *row >= MARGIN) else { return };
+        let steep = opening.push(row, |strong| match pixels {
+            Some(_) => threshold_row(rows.gradient(row).0, self.threshold, strong),
+            None => strong.fill(0),
+        });
+        // A maximum is one between two neighbours.
+        if let Some(centre) =
+            row.checked_sub(run).filter(|row| *row > MARGIN && row + MARGIN + 1 < camera.height())
+        {
+            let search =
+                EdgeSearch { kinds: &self.kinds, threshold: self.threshold, run, floor_top: self.floor_top };
+            let rows = [centre - 1, centre, centre + 1].map(|row| rows.gradient(row));
+            search.row(centre, steep, rows, flat, self.points.as_mut(), &mut self.edges);
+        }
     }
 
     /// The lines and corners of the edge points.
@@ -286,7 +303,7 @@ where
         let camera = self.finder.camera();
         let height = camera.height() as f32;
         let sampling = Sampling { noise_std: self.extraction.noise_std, stride: self.edges.stride };
-        let points = self.points.as_mut().get_mut(..self.edges.len()).unwrap_or_default();
+        let points = self.points.as_mut().get_mut(..self.edges.len).unwrap_or_default();
         let words = self.words.as_mut();
         let mut search = Search {
             config: &self.config,
