@@ -1,4 +1,4 @@
-use super::lanes::{both, join, pairs, split};
+use super::lanes::{Lanes, Word, each};
 
 /// Gradient values to a grey level per pixel: 16 of the smoothing times 8 of Sobel's kernel.
 pub const GRADIENT_SCALE: f32 = 128.0;
@@ -25,40 +25,25 @@ pub fn correlation_length(stride: usize) -> f32 {
 
 /// Writes Sobel's [1 2 1]ᵀ and [−1 0 1]ᵀ over three smoothed rows, the second with a quarter of [`GRADIENT_ZERO`] added.
 pub fn column_sums(rows: [&[u16]; 3], sum: &mut [u16], difference: &mut [u16]) {
-    let combined = |[above, at, below]: [u32; 3]| {
-        (above + 2 * at + below, below + const { both(DIFFERENCE_ZERO) } - above)
-    };
-    let last = sum.len().saturating_sub(1);
-    let [above, at, below] = rows.map(|row| pairs(row, 0));
-    let (sums, rest_of_sum) = sum.as_chunks_mut::<2>();
-    let (differences, rest_of_difference) = difference.as_chunks_mut::<2>();
-    for ((((sum, difference), a), b), c) in sums.iter_mut().zip(differences).zip(above).zip(at).zip(below) {
-        let (added, subtracted) = combined([a, b, c].map(|pair| join(*pair)));
-        (*sum, *difference) = (split(added), split(subtracted));
-    }
-    if let ([sum], [difference]) = (rest_of_sum, rest_of_difference) {
-        let (added, subtracted) = combined(rows.map(|row| row.get(last).copied().unwrap_or(0).into()));
-        (*sum, *difference) = (added as u16, subtracted as u16);
-    }
+    each(rows, [sum, difference], |[above, at, below]: [Word; 3]| {
+        [above + at.up::<1>() + below, below + Word::splat(DIFFERENCE_ZERO) - above]
+    });
 }
 
 /// Writes the gradient (G_u, G_v), each with [`GRADIENT_ZERO`] added; both are two shorter than the column sums.
 pub fn gradient_row(sum: &[u16], difference: &[u16], along_u: &mut [u16], along_v: &mut [u16]) {
-    let (out, rest) = along_u.as_chunks_mut::<2>();
-    for ((out, left), right) in out.iter_mut().zip(pairs(sum, 0)).zip(pairs(sum, 2)) {
-        *out = split(join(*right) + const { both(GRADIENT_ZERO) } - join(*left));
-    }
-    if let ([out], [.., left, _, right]) = (rest, sum) {
-        *out = right + GRADIENT_ZERO - left;
-    }
-    let (out, rest) = along_v.as_chunks_mut::<2>();
-    let [left, at, right] = [0, 1, 2].map(|start| pairs(difference, start));
-    for (((out, left), at), right) in out.iter_mut().zip(left).zip(at).zip(right) {
-        *out = split(join(*left) + 2 * join(*at) + join(*right));
-    }
-    if let ([out], [.., left, at, right]) = (rest, difference) {
-        *out = left + 2 * at + right;
-    }
+    each([sum, from(sum, 2)], [along_u], |[left, right]: [Word; 2]| {
+        [right + Word::splat(GRADIENT_ZERO) - left]
+    });
+    each(
+        [difference, from(difference, 1), from(difference, 2)],
+        [along_v],
+        |[left, at, right]: [Word; 3]| [left + at.up::<1>() + right],
+    );
+}
+
+fn from(row: &[u16], start: usize) -> &[u16] {
+    row.get(start..).unwrap_or_default()
 }
 
 #[cfg(test)]

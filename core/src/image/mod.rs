@@ -24,7 +24,7 @@
 //! White noise of variance σ² in I has variance 303 σ² in G (its kernel's squared norm over 16²) and is
 //! correlated along an edge over about four pixels: [`NOISE_GAIN`], [`correlation_length`].
 //!
-//! Loops are zipped slices without branches, over two 16-bit values at a time: see the module `lanes`.
+//! Loops have no branches, and take as many 16-bit values at a time as the processor can: see the module `lanes`.
 mod gradient;
 mod grey;
 mod lanes;

@@ -1,4 +1,4 @@
-use super::lanes::{both, join, pairs, split};
+use super::lanes::{Lanes, VECTORS, Word, each};
 
 const EVEN_BYTES: u32 = 0x00ff_00ff;
 
@@ -11,9 +11,21 @@ const EVEN_BYTES: u32 = 0x00ff_00ff;
 /// assert_eq!(out, [160, 176, 224]);
 /// ```
 pub fn smooth_row(row: &[u8], out: &mut [u16]) {
+    let done = if VECTORS { 0 } else { smooth_fours(row, out) };
+    let length = out.len().min(row.len().saturating_sub(4));
+    let Some(out) = out.get_mut(done..length) else { return };
+    let [a, b, c, d, e] = [0, 1, 2, 3, 4].map(|k| row.get(done + k..length + k).unwrap_or_default());
+    for (((((out, a), b), c), d), e) in out.iter_mut().zip(a).zip(b).zip(c).zip(d).zip(e) {
+        let [a, b, c, d, e] = [a, b, c, d, e].map(|pixel| u16::from(*pixel));
+        *out = a + e + 4 * (b + c + d) + 2 * c;
+    }
+}
+
+/// [`smooth_row`] for whole fours of values, two in a word each; returns how many values those are.
+fn smooth_fours(row: &[u8], out: &mut [u16]) -> usize {
     let words = |start: usize| row.get(start..).unwrap_or_default().as_chunks::<4>().0;
-    let (quads, rest) = out.as_chunks_mut::<4>();
-    let done = 4 * quads.len();
+    let (quads, _) = out.as_chunks_mut::<4>();
+    let mut done = 0;
     for (((quad, at), next), last) in quads.iter_mut().zip(words(0)).zip(words(2)).zip(words(4)) {
         // Pixels 0, 2 and 1, 3; 2, 4 and 3, 5; 4, 6 and 5, 7.
         let [[a, b], [c, d], [e, f]] = [at, next, last].map(|bytes| {
@@ -22,33 +34,20 @@ pub fn smooth_row(row: &[u8], out: &mut [u16]) {
         });
         let even = a + e + 4 * (b + c + d) + 2 * c;
         let odd = b + f + 4 * (c + d + e) + 2 * d;
-        let [first, second] = split(even & 0xffff | odd << 16);
-        let [third, fourth] = split(even >> 16 | odd & 0xffff_0000);
+        let [first, third] = [even as u16, (even >> 16) as u16];
+        let [second, fourth] = [odd as u16, (odd >> 16) as u16];
         *quad = [first, second, third, fourth];
+        done += 4;
     }
-    for (out, window) in rest.iter_mut().zip(row.get(done..).unwrap_or_default().windows(5)) {
-        if let &[a, b, c, d, e] = window {
-            let [a, b, c, d, e] = [a, b, c, d, e].map(u16::from);
-            *out = a + e + 4 * (b + d) + 6 * c;
-        }
-    }
+    done
 }
 
 /// Writes [1 4 6 4 1]ᵀ ∗ `rows` / 16, rounded, for rows made by [`smooth_row`], from the topmost on.
 pub fn smooth_column(rows: [&[u16]; 5], out: &mut [u16]) {
     // At most 16 · 4080 + 8 < 2¹⁶.
-    let smoothed = |[a, b, c, d, e]: [u32; 5]| {
-        (a + e + 4 * (b + c + d) + 2 * c + const { both(8) }) >> 4 & const { both(0xfff) }
-    };
-    let last = out.len().saturating_sub(1);
-    let [a, b, c, d, e] = rows.map(|row| pairs(row, 0));
-    let (out_pairs, rest) = out.as_chunks_mut::<2>();
-    for (((((out, a), b), c), d), e) in out_pairs.iter_mut().zip(a).zip(b).zip(c).zip(d).zip(e) {
-        *out = split(smoothed([a, b, c, d, e].map(|pair| join(*pair))));
-    }
-    if let [out] = rest {
-        *out = smoothed(rows.map(|row| row.get(last).copied().unwrap_or(0).into())) as u16;
-    }
+    each(rows, [out], |[a, b, c, d, e]: [Word; 5]| {
+        [(a + e + (b + c + d).up::<2>() + c.up::<1>() + Word::splat(8)).down::<4>()]
+    });
 }
 
 #[cfg(test)]
@@ -75,6 +74,10 @@ mod tests {
             let mut row = vec![0; pixels.len() - 4];
             smooth_row(&pixels, &mut row);
             let weights = [1_u16, 4, 6, 4, 1];
+            let mut fours = vec![0; row.len()];
+            let done = smooth_fours(&pixels, &mut fours);
+            prop_assert_eq!(&fours[..done], &row[..done]);
+            prop_assert_eq!(done, row.len() / 4 * 4);
             for (k, value) in row.iter().enumerate() {
                 prop_assert_eq!(*value, (0..5).map(|i| weights[i] * u16::from(pixels[k + i])).sum::<u16>());
             }
