@@ -1,5 +1,5 @@
 use crate::geometry::Camera;
-use nalgebra::{Vector2, Vector4};
+use nalgebra::Vector2;
 
 /// Cells of the grid, and nodes with one ring beyond the picture.
 const CELLS: [usize; 2] = [20, 15];
@@ -13,7 +13,7 @@ const ROWS: usize = CELLS[1] + 3;
 /// The grid lies in lent words, as the bits of its numbers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LensGrid<'a> {
-    shift: &'a [[u32; 2]],
+    shift: &'a [u32],
     cells_by_pixel: Vector2<f32>,
 }
 
@@ -45,8 +45,7 @@ impl<'a> LensGrid<'a> {
 
     /// The grid of this camera that was written to these words.
     pub(super) fn new(camera: &Camera<f32>, words: &'a [u32]) -> Self {
-        let (shift, _) = words.as_chunks::<2>();
-        Self { shift, cells_by_pixel: pitch(camera).map(|pitch| 1.0 / pitch) }
+        Self { shift: words, cells_by_pixel: pitch(camera).map(|pitch| 1.0 / pitch) }
     }
 
     /// The ideal pixel, and the ideal direction of the picture's direction `tangent` there; `None` outside the
@@ -63,23 +62,30 @@ impl<'a> LensGrid<'a> {
         };
         let (column, s) = split(cell.x, CELLS[0]);
         let (row, t) = split(cell.y, CELLS[1]);
-        let across = weights(s).map(|(weight, slope)| Vector4::new(weight, weight, slope, slope));
-        let down = weights(t);
-        // Of the shift and, in the last two, its derivatives: across the picture and down.
-        let (mut sum, mut sum_by_down) = (Vector4::zeros(), Vector2::zeros());
-        let rows = self.shift.get(row * COLUMNS + column..)?.chunks(COLUMNS);
-        for (nodes, weight_down) in rows.zip(down) {
-            let nodes: &[_; 4] = nodes.first_chunk()?;
-            let mut along = Vector4::zeros();
-            for (&[x, y], weights) in nodes.iter().zip(&across) {
-                along += Vector4::new(x, y, x, y).map(f32::from_bits).component_mul(weights);
+        let (across, down) = (weights(s), weights(t));
+        // Down the four columns first, eight numbers side by side: the shift, and its derivative downwards.
+        let (mut shift, mut by_down) = ([0.0; 8], [0.0; 8]);
+        let rows = self.shift.get(2 * (row * COLUMNS + column)..)?.chunks(2 * COLUMNS);
+        for (nodes, (weight, slope)) in rows.zip(down) {
+            let nodes: &[u32; 8] = nodes.first_chunk()?;
+            for ((node, shift), by_down) in nodes.iter().zip(&mut shift).zip(&mut by_down) {
+                let node = f32::from_bits(*node);
+                *shift += node * weight;
+                *by_down += node * slope;
             }
-            sum += along * weight_down.0;
-            sum_by_down += along.xy() * weight_down.1;
+        }
+        let (mut sum, mut sum_by_across, mut sum_by_down) =
+            (Vector2::zeros(), Vector2::zeros(), Vector2::zeros());
+        let columns = shift.as_chunks::<2>().0.iter().zip(by_down.as_chunks::<2>().0);
+        for ((shift, by_down), (weight, slope)) in columns.zip(across) {
+            let (shift, by_down) = (Vector2::from(*shift), Vector2::from(*by_down));
+            sum += shift * weight;
+            sum_by_across += shift * slope;
+            sum_by_down += by_down * weight;
         }
         let moved = tangent.component_mul(&self.cells_by_pixel);
-        let ideal = pixel + sum.xy();
-        let direction = tangent + sum.fixed_rows::<2>(2) * moved.x + sum_by_down * moved.y;
+        let ideal = pixel + sum;
+        let direction = tangent + sum_by_across * moved.x + sum_by_down * moved.y;
         (ideal.x.is_finite() && ideal.y.is_finite()).then_some((ideal, direction))
     }
 }
