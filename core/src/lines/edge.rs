@@ -5,7 +5,7 @@ use nalgebra::Vector2;
 /// Directions are counted in 256 steps to a turn.
 pub(super) const STEPS: f32 = 256.0;
 /// Half a grey level per pixel, as gradients are stored.
-const HALF_LEVEL: u32 = GRADIENT_SCALE as u32 / 2;
+const HALF_LEVEL: f32 = GRADIENT_SCALE / 2.0;
 /// Largest sub-pixel offset of a maximum between three samples.
 const MAX_OFFSET: f32 = 0.75;
 
@@ -47,33 +47,59 @@ pub(super) type Profile = [(i32, i32); 3];
 ///
 /// Samples are projected on the middle gradient; through their logarithms goes a parabola, which is exact for the
 /// Gaussian profile of a blurred step, where a parabola through the samples themselves is off by 0.02 px. The
-/// logarithm of a ratio r is 2 (r − 1)/(r + 1) up to (ln r)³/12.
+/// logarithm of a ratio m/s is 2 (m − s)/(m + s) up to its cube over 12.
 pub(super) fn maximum(profile: Profile) -> Option<(f32, f32)> {
     let [before, (u, v), after] = profile;
     let projected = |(a, b): (i32, i32)| (a * u + b * v) as f32; // at most 2 · 16320² < 2³¹
     let middle = projected((u, v));
-    let fall = |sample: f32| {
+    let [before, after] = [before, after].map(|sample| {
         // Not `max`: where the processor has none it is a call.
-        let least = 0.1 * middle;
-        let sample = if sample > least { sample } else { least };
-        2.0 * (middle - sample) / (middle + sample)
-    };
-    let (left, right) = (fall(projected(before)), fall(projected(after)));
-    let curvature = left + right;
-    let offset = 0.5 * (left - right) / curvature;
+        let (sample, least) = (projected(sample), 0.1 * middle);
+        if sample > least { sample } else { least }
+    });
+    // Both logarithms over the same divisor, (m + before) (m + after)/2.
+    let left = (middle - before) * (middle + after);
+    let right = (middle - after) * (middle + before);
+    let curvature = 2.0 * (left + right) / ((middle + before) * (middle + after));
+    let offset = 0.5 * (left - right) / (left + right);
     (curvature > 0.01 && offset.abs() <= MAX_OFFSET).then_some((offset, curvature))
+}
+
+/// What a gradient's shorter part over its longer one says.
+pub(super) struct Slope {
+    longer: f32,
+    ratio: f32,
+    /// In 256ths of a turn, off by at most one.
+    pub(super) direction: u8,
+}
+
+impl Slope {
+    pub(super) fn new(x: f32, y: f32) -> Self {
+        let (longer, shorter) = if x.abs() >= y.abs() { (x.abs(), y.abs()) } else { (y.abs(), x.abs()) };
+        let ratio = if longer > 0.0 { shorter / longer } else { 0.0 };
+        // atan r ≈ r (π/4 + 0.273 (1 − r)), off by less than 0.22°.
+        let eighth = ratio * (32.0 + 11.123 * (1.0 - ratio));
+        let quarter = if x.abs() >= y.abs() { eighth } else { 64.0 - eighth };
+        let half = if x >= 0.0 { quarter } else { 128.0 - quarter };
+        let turn = if y >= 0.0 { half } else { 256.0 - half };
+        Self { longer, ratio, direction: (turn + 0.5) as u32 as u8 }
+    }
+
+    /// Length of the gradient, off by less than 0.15 %: √(1 + r²) by its parabola in r² through 0, ½ and 1.
+    fn length(&self) -> f32 {
+        let squared = self.ratio * self.ratio;
+        self.longer * (1.0 + squared * (0.484_767 - 0.070_553 * squared))
+    }
+
+    /// The square of what is shorter along the gradient than along the axis it is nearest to.
+    fn foreshortening(&self) -> f32 {
+        1.0 + self.ratio * self.ratio
+    }
 }
 
 /// A direction in 256ths of a turn, off by at most one.
 pub(super) fn steps_from_direction(x: f32, y: f32) -> u8 {
-    let (long, short) = if x.abs() >= y.abs() { (x.abs(), y.abs()) } else { (y.abs(), x.abs()) };
-    let ratio = if long > 0.0 { short / long } else { 0.0 };
-    // atan r ≈ r (π/4 + 0.273 (1 − r)), off by less than 0.22°.
-    let eighth = ratio * (32.0 + 11.123 * (1.0 - ratio));
-    let quarter = if x.abs() >= y.abs() { eighth } else { 64.0 - eighth };
-    let half = if x >= 0.0 { quarter } else { 128.0 - quarter };
-    let turn = if y >= 0.0 { half } else { 256.0 - half };
-    (turn + 0.5) as u32 as u8
+    Slope::new(x, y).direction
 }
 
 /// Cosines of the directions of the first quarter of a turn, made when the program is built: the same bits on every target.
@@ -117,7 +143,7 @@ pub(super) struct EdgeList {
     pub(super) len: usize,
     /// Every how many pixels along its dominant axis an edge keeps a point.
     pub(super) stride: usize,
-    /// Points that were found, whether kept or not.
+    /// Points that were found: `stride` for every one that was kept at the time.
     pub(super) found: u32,
 }
 
@@ -126,48 +152,45 @@ impl EdgeList {
         Self { len: 0, stride: 1, found: 0 }
     }
 
-    /// Whether thinning keeps an edge point at this pixel; counts it either way.
-    pub(super) fn wants(
-        &mut self,
-        (column, row): (usize, usize),
-        (gradient_u, gradient_v): (i32, i32),
-    ) -> bool {
-        self.found = self.found.saturating_add(1);
-        let along = if gradient_u.abs() >= gradient_v.abs() { row } else { column };
-        along & (self.stride - 1) == 0 // a power of two
-    }
-
-    /// Adds the maximum `(offset, curvature)` found across the edge at a pixel with this gradient.
+    /// Adds a point found at a pixel, unless thinning drops it.
     pub(super) fn push(
         &mut self,
         points: &mut [EdgePoint],
         (column, row): (usize, usize),
-        (gradient_u, gradient_v): (i32, i32),
-        direction: u8,
+        steep: bool,
+        slope: &Slope,
         (offset, curvature): (f32, f32),
     ) {
-        let steep = gradient_u.abs() >= gradient_v.abs();
         let (u, v) = (column as f32, row as f32);
-        let (gu, gv) = (gradient_u as f32, gradient_v as f32);
-        let longer = gu.abs().max(gv.abs());
-        let length = (gradient_u * gradient_u + gradient_v * gradient_v).unsigned_abs().isqrt();
-        // The samples were taken along an axis; along the normal the profile is narrower by the cosine.
-        let curvature = curvature * ((gu * gu + gv * gv) / (longer * longer));
         let point = EdgePoint {
             position: if steep { Vector2::new(u + offset, v) } else { Vector2::new(u, v + offset) },
-            direction,
-            strength: u8::try_from((length + HALF_LEVEL / 2) / HALF_LEVEL).unwrap_or(u8::MAX),
-            curvature: (curvature * 256.0 + 0.5) as u8,
+            direction: slope.direction,
+            strength: (slope.length() / HALF_LEVEL + 0.5) as u8,
+            // The samples were taken along an axis; along the normal the profile is narrower by the cosine.
+            curvature: (curvature * slope.foreshortening() * 256.0 + 0.5) as u8,
             owner: NO_OWNER,
         };
         while (if steep { row } else { column }).is_multiple_of(self.stride) && !points.is_empty() {
             if let Some(slot) = points.get_mut(self.len) {
                 *slot = point;
                 self.len += 1;
+                self.found = self.found.saturating_add(self.stride as u32);
                 return;
             }
             self.thin(points);
         }
+    }
+
+    /// The pixels along a flat edge that thinning keeps, of the 32 from column `first` on.
+    pub(super) fn kept_columns(&self, first: usize) -> u32 {
+        let every = if self.stride < 32 { u32::MAX / ((1 << self.stride) - 1) } else { 1 };
+        let offset = first.wrapping_neg() & (self.stride - 1); // a power of two
+        if offset < 32 { every << offset } else { 0 }
+    }
+
+    /// Whether thinning keeps the points of steep edges in a row.
+    pub(super) fn keeps_row(&self, row: usize) -> bool {
+        row & (self.stride - 1) == 0
     }
 
     /// Doubles the stride.
@@ -256,8 +279,8 @@ mod tests {
         let mut list = EdgeList::new();
         for row in 0..200 {
             for column in [10, 50] {
-                if list.wants((column, row), (1000, 0)) {
-                    list.push(&mut points, (column, row), (1000, 0), 0, (0.25, 0.5));
+                if list.keeps_row(row) {
+                    list.push(&mut points, (column, row), true, &Slope::new(1000.0, 0.0), (0.25, 0.5));
                 }
             }
         }

@@ -1,5 +1,5 @@
 #![allow(clippy::indexing_slicing, reason = "kernel: a bit's number is masked to its window")]
-use super::edge::{EdgeList, EdgePoint, Profile, maximum, steps_from_direction};
+use super::edge::{EdgeList, EdgePoint, Profile, Slope, maximum};
 use crate::image::{GRADIENT_ZERO, MARGIN, close_row, open_row, threshold_row};
 
 /// What an edge can be, by the direction of its gradient.
@@ -37,28 +37,28 @@ impl EdgeSearch<'_> {
     ) {
         let in_region = centre >= self.floor_top;
         let wanted = if in_region { VERTICAL | FLOOR } else { VERTICAL };
-        let mut take = |index: usize, profile: Profile| {
-            let [_, gradient, _] = profile;
-            let place = (index + MARGIN, centre);
+        let mut take = |edges: &mut EdgeList, index: usize, steep: bool, profile: Profile| {
+            let [_, (u, v), _] = profile;
             // Closing adds weak pixels.
-            let strength = gradient.0.unsigned_abs().max(gradient.1.unsigned_abs());
-            if strength < u32::from(self.threshold) || !edges.wants(place, gradient) {
+            if (if steep { u } else { v }).unsigned_abs() < u32::from(self.threshold) {
                 return;
             }
-            let direction = steps_from_direction(gradient.0 as f32, gradient.1 as f32);
-            let of_kind = self.kinds.get(usize::from(direction)).is_some_and(|kinds| kinds & wanted != 0);
+            let slope = Slope::new(u as f32, v as f32);
+            let of_kind =
+                self.kinds.get(usize::from(slope.direction)).is_some_and(|kinds| kinds & wanted != 0);
             if of_kind && let Some(maximum) = maximum(profile) {
-                edges.push(points, place, gradient, direction, maximum);
+                edges.push(points, (index + MARGIN, centre), steep, &slope, maximum);
             }
         };
         let [_, at, _] = rows;
         let [first, second] = &mut [[0; 34]; 2];
+        let steep = if edges.keeps_row(centre) { steep } else { &[] };
         for (word, bits) in steep.iter().enumerate().filter(|(_, bits)| **bits != 0) {
             let along = window(at.0, 32 * word, 1, first);
             let across = window(at.1, 32 * word, 1, second);
             for bit in ones(steep_maxima(along, *bits)) {
                 if let Some(profile) = steep_profile(along, across, bit) {
-                    take(32 * word + bit, profile);
+                    take(edges, 32 * word + bit, true, profile);
                 }
             }
         }
@@ -69,15 +69,19 @@ impl EdgeSearch<'_> {
         close_row(flat);
         open_row(flat, self.run);
         let [[a, b, c], [d, e, f]] = &mut [[[0; 32]; 3]; 2];
-        for (word, bits) in flat.iter().enumerate().filter(|(_, bits)| **bits != 0) {
+        for (word, bits) in flat.iter().enumerate() {
+            let bits = bits & edges.kept_columns(32 * word + MARGIN);
+            if bits == 0 {
+                continue; // as most are
+            }
             let [above, at, below] = rows;
             let along = [(above.1, &mut *a), (at.1, &mut *b), (below.1, &mut *c)]
                 .map(|(row, spare)| window(row, 32 * word, 0, spare));
             let across = [(above.0, &mut *d), (at.0, &mut *e), (below.0, &mut *f)]
                 .map(|(row, spare)| window(row, 32 * word, 0, spare));
-            for bit in ones(flat_maxima(&along, *bits)) {
+            for bit in ones(flat_maxima(&along, bits)) {
                 if let Some(profile) = flat_profile(&along, &across, bit) {
-                    take(32 * word + bit, profile);
+                    take(edges, 32 * word + bit, false, profile);
                 }
             }
         }

@@ -142,7 +142,7 @@ pub struct Extraction {
     pub vertical_lines: heapless::Vec<Line, MAX_LINES>,
     /// Edges that may bound the floor.
     pub floor_lines: heapless::Vec<Line, MAX_LINES>,
-    /// Edge points found, whatever their direction.
+    /// Edge points found that may be on a line of either kind, whether kept or not: where only every n-th is looked at, n for each.
     pub edge_points: u32,
     /// Standard deviation of the picture's noise, grey levels.
     pub noise_std: f32,
