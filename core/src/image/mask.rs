@@ -4,7 +4,7 @@
 //! ones. Opening by a run of n keeps a pixel exactly if n set pixels in a row contain it; closing fills gaps of
 //! one pixel.
 use super::gradient::GRADIENT_ZERO;
-use super::lanes::{both, join};
+use super::lanes::both;
 
 /// The longest run of [`open_row`].
 const MAX_RUN: usize = 32;
@@ -46,12 +46,31 @@ pub fn threshold_row(gradient: &[u16], threshold: u16, mask: &mut [u32]) {
     }
 }
 
+/// The browser's vectors gather the highest bits of sixteen bytes in one instruction.
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+#[inline(always)]
+fn strong_bits(chunk: &[u16; 32], limits: [u32; 2]) -> u32 {
+    use core::arch::wasm32::{
+        i8x16_bitmask, i8x16_narrow_i16x8, i16x8_add, i16x8_sub, u16x8, u32x4_splat, v128_or,
+    };
+    let [above, below] = limits.map(|limit| u32x4_splat(limit));
+    let (eights, _) = chunk.as_chunks::<8>();
+    let strong = |k: usize| {
+        let [a, b, c, d, e, f, g, h] = eights.get(k).copied().unwrap_or_default();
+        let g = u16x8(a, b, c, d, e, f, g, h);
+        v128_or(i16x8_add(g, above), i16x8_sub(below, g))
+    };
+    let sixteen = |k: usize| u32::from(i8x16_bitmask(i8x16_narrow_i16x8(strong(k), strong(k + 1))));
+    sixteen(0) | sixteen(2) << 16
+}
+
+#[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
 #[inline(always)]
 fn strong_bits(chunk: &[u16; 32], [above, below]: [u32; 2]) -> u32 {
     let (pairs, _) = chunk.as_chunks::<2>();
     // Pair k's two bits go to k and 16 + k, by halves: four lanes at once where there are lanes.
     let pair = |k: usize| {
-        let g = pairs.get(k).map_or(0, |pair| join(*pair));
+        let g = pairs.get(k).map_or(0, |pair| super::lanes::join(*pair));
         ((g + above) | (below - g)) & const { both(1 << 15) }
     };
     let mut fours = [0; 4];
