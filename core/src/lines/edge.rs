@@ -201,7 +201,7 @@ impl EdgeList {
             // A point on a steep edge lies exactly on a row, one on a flat edge exactly on a column.
             let (x, y) = (point.position.x, point.position.y);
             let along = if y == (y as u32) as f32 { y } else { x };
-            (along as usize).is_multiple_of(stride)
+            along as usize & (stride - 1) == 0
         });
     }
 
@@ -211,9 +211,11 @@ impl EdgeList {
             let normal = unit(point.direction);
             let tangent = Vector2::new(normal.y, -normal.x);
             let ideal = lens.ideal_from_pixel(point.position, tangent);
-            if let Some((position, tangent)) = ideal {
+            if let Some((position, seen)) = ideal {
                 point.position = position;
-                point.direction = steps_from_direction(-tangent.y, tangent.x);
+                // The lens turns by little: the angle is its tangent.
+                let turn = tangent.perp(&seen) / tangent.dot(&seen) * (STEPS / core::f32::consts::TAU);
+                point.direction = point.direction.wrapping_add((turn + 128.5) as u8).wrapping_sub(128);
             }
             ideal.is_some()
         });

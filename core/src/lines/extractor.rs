@@ -16,7 +16,7 @@ use crate::{Error, Result};
 use nalgebra::Vector2;
 
 /// Every how many rows the noise is measured.
-const NOISE_ROWS: usize = 8;
+const NOISE_ROWS: usize = 16;
 /// The 16-bit words that an extractor for pictures of this size should be lent: line buffers, and a Hough
 /// accumulator with cells of 2 px.
 pub const fn row_words(width: usize, height: usize) -> usize {
