@@ -13,12 +13,11 @@ pub fn extractor(rig: &Rig) -> Result<HeapExtractor> {
     let camera = rig.finder.camera();
     let (width, height) = (camera.width(), camera.height());
     let points = point_count(width, height);
-    let words = row_words(width, height).max(2 * points);
     let finder = rig.settings.finder;
     Extractor::new(
         rig.settings.extract,
         finder,
-        vec![0; words],
+        vec![0; row_words(width, height)],
         vec![0; mask_words(width)],
         vec![EdgePoint::default(); points],
     )

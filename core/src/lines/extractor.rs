@@ -6,7 +6,7 @@ use super::extraction::{Extraction, Line};
 use super::fit::Sampling;
 use super::hough::Pass;
 use super::lens::{LENS_WORDS, LensGrid};
-use super::search::Search;
+use super::search::{Search, WORDS_BY_POINT};
 use crate::geometry::RangeFinder;
 use crate::image::{
     GRADIENT_SCALE, GradientRows, Grey, MARGIN, MAX_OPENING, NoiseLevel, OpeningRows, line_buffers, mask_len,
@@ -22,7 +22,9 @@ const NOISE_ROWS: usize = 16;
 pub const fn row_words(width: usize, height: usize) -> usize {
     let accumulator = 44 * (width + height / 4).div_ceil(2);
     let rows = line_buffers(kept_rows(MAX_OPENING)) * width;
-    if accumulator > rows { accumulator } else { rows }
+    let lists = WORDS_BY_POINT * point_count(width, height);
+    let most = if accumulator > rows { accumulator } else { rows };
+    if most > lists { most } else { lists }
 }
 
 /// Rows of gradient between the newest and the one above the one that is opened.
@@ -115,7 +117,7 @@ where
     ///
     /// # Errors
     /// [`Error::OutOfRange`] for an unusable configuration; [`Error::Size`] when `words` holds fewer than 24 words
-    /// a column (for an opening by 5) or 2 an edge point, `masks` fewer than [`mask_words`], or `points` none or more than 65 535.
+    /// a column (for an opening by 5) or 3 an edge point, `masks` fewer than [`mask_words`], or `points` none or more than 65 535.
     pub fn new(
         config: ExtractConfig,
         finder: RangeFinder<f32>,
@@ -391,7 +393,7 @@ mod tests {
     }
 
     fn extractor(width: usize, height: usize, points: usize) -> HostExtractor {
-        let words = vec![0; row_words(width, height).max(2 * points)];
+        let words = vec![0; row_words(width, height).max(3 * points)];
         let points = vec![EdgePoint::default(); points];
         let masks = vec![0; mask_words(width)];
         Extractor::new(ExtractConfig::default(), finder(width, height), words, masks, points).unwrap()

@@ -65,6 +65,55 @@ pub(super) fn keep(points: &[EdgePoint], indices: &mut [u16], wanted: impl Fn(&E
     left
 }
 
+/// The points that lines of a pass are made of, with their directions: most looks at a point are only at its direction.
+pub(super) struct Candidates<'a> {
+    entries: &'a mut [[u16; 2]],
+    len: usize,
+}
+
+impl<'a> Candidates<'a> {
+    /// Lists the points to keep, as far as there is room in `words`, of which each takes two.
+    pub(super) fn new(
+        points: &[EdgePoint],
+        words: &'a mut [u16],
+        wanted: impl Fn(&EdgePoint) -> bool,
+    ) -> Self {
+        let (entries, _) = words.as_chunks_mut::<2>();
+        let mut len = 0;
+        for (point, index) in points.iter().zip(0..) {
+            let Some(slot) = entries.get_mut(len) else { break };
+            *slot = [index, point.direction.into()]; // counted or overwritten, as everywhere here
+            len += usize::from(wanted(point));
+        }
+        Self { entries, len }
+    }
+
+    /// Lists those within `tolerance` of a direction in `members`, which has room for all; returns how many those are.
+    pub(super) fn alike(&self, direction: u8, tolerance: u8, members: &mut [u16]) -> usize {
+        let first = direction.wrapping_sub(tolerance);
+        let mut count = 0;
+        for [index, direction] in self.entries.get(..self.len).unwrap_or_default() {
+            let Some(slot) = members.get_mut(count) else { break };
+            *slot = *index;
+            count += usize::from((*direction as u8).wrapping_sub(first) <= 2 * tolerance);
+        }
+        count
+    }
+
+    /// Forgets the points that are not to be kept.
+    pub(super) fn keep(&mut self, points: &[EdgePoint], wanted: impl Fn(&EdgePoint) -> bool) {
+        let mut left = 0;
+        for from in 0..self.len {
+            let Some(entry) = self.entries.get(from).copied() else { break };
+            let Some(slot) = self.entries.get_mut(left) else { break };
+            *slot = entry;
+            let [index, _] = entry;
+            left += usize::from(points.get(usize::from(index)).is_some_and(&wanted));
+        }
+        self.len = left;
+    }
+}
+
 /// Lists the points to keep among `all` in `members`, which has room for all; returns how many those are.
 pub(super) fn gather(
     points: &[EdgePoint],

@@ -3,7 +3,7 @@ use super::edge::{EdgePoint, NO_OWNER, unit};
 use super::extraction::{Line, MAX_LINES};
 use super::fit::{Sampling, fit};
 use super::hough::{Accumulator, Pass, Peak, VOTE};
-use super::members::{gather, keep};
+use super::members::{Candidates, keep};
 use crate::sort::sort_by_key;
 use heapless::Vec;
 use nalgebra::Vector2;
@@ -15,6 +15,10 @@ const GATES_PX: [f32; 3] = [1.5, 2.0, 1.0];
 const WIDE_GATES: usize = 2;
 /// Least share of the pixels along a line that have a point.
 const LEAST_DENSITY: f32 = 0.6;
+
+/// Words of memory that the search needs for a point: its index and direction among those of the pass, and its index among
+/// those of a line.
+pub(super) const WORDS_BY_POINT: usize = 3;
 
 /// The search for the lines of one kind: vertical or of the floor.
 pub(super) struct Search<'a> {
@@ -54,21 +58,13 @@ impl Search<'_> {
         let mut skipped = Skipped { peaks: truncated, lines: 0 };
 
         // The accumulator has done its work: its memory now lists the points of the pass and those of a line.
-        let (all, members) = memory.split_at_mut(memory.len() / 2);
-        let mut in_pass = 0;
-        let of_pass = points
-            .iter()
-            .zip(0_u16..)
-            .filter(|(point, _)| point.owner == NO_OWNER && pass.bin(point.direction).is_some());
-        for (slot, (_, index)) in all.iter_mut().zip(of_pass) {
-            *slot = index;
-            in_pass += 1;
-        }
+        let (all, members) = memory.split_at_mut(memory.len() / WORDS_BY_POINT * 2);
+        let is_free = |point: &EdgePoint| point.owner == NO_OWNER;
+        let mut all =
+            Candidates::new(points, all, |point| is_free(point) & pass.bin(point.direction).is_some());
         for peak in &peaks {
             // Several stretches of one line share a maximum.
-            while let Some((line, run)) =
-                self.line_at(peak, cell, points, all.get(..in_pass).unwrap_or_default(), members)
-            {
+            while let Some((line, run)) = self.line_at(peak, cell, points, &all, members) {
                 let owner = match self.place(line, accept(&line), lines, points, &mut skipped) {
                     Some(slot) => self.first_owner + slot,
                     None => REFUSED,
@@ -78,8 +74,7 @@ impl Search<'_> {
                         point.owner = owner;
                     }
                 }
-                in_pass =
-                    keep(points, all.get_mut(..in_pass).unwrap_or_default(), |point| point.owner == NO_OWNER);
+                all.keep(points, is_free);
             }
         }
         for point in points.iter_mut().filter(|point| point.owner == REFUSED) {
@@ -98,7 +93,7 @@ impl Search<'_> {
         peak: &Peak,
         cell: f32,
         points: &[EdgePoint],
-        all: &[u16],
+        all: &Candidates<'_>,
         members: &'m mut [u16],
     ) -> Option<(Line, &'m [u16])> {
         let normal = unit(peak.direction);
@@ -117,7 +112,7 @@ impl Search<'_> {
             let position =
                 |index: &u16| points.get(usize::from(*index)).map_or(0.0, |p| line.position(p.position));
             if number < WIDE_GATES {
-                count = gather(points, all, members, alike);
+                count = all.alike(direction, tolerance, members);
                 count = keep(points, members.get_mut(..count)?, near);
                 if (count as f32) < self.least_points() {
                     return None;
