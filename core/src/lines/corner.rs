@@ -261,7 +261,7 @@ impl CornerSearch<'_> {
             let turned = (point.direction.wrapping_sub(direction) as i8).unsigned_abs();
             turned.abs_diff(64) > 48 && beyond > SMEARED_PX && beyond <= SMEARED_PX + BELOW_PX
         });
-        (below.count() * self.sampling.stride) as f32 >= 0.4 * BELOW_PX
+        (below.count() * self.sampling.steep_stride()) as f32 >= 0.4 * BELOW_PX
     }
 }
 

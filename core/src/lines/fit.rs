@@ -1,4 +1,4 @@
-use super::edge::EdgePoint;
+use super::edge::{EdgePoint, STEEP_STRIDES};
 use super::extraction::Line;
 use crate::image::{GRADIENT_SCALE, NOISE_GAIN, correlation_length};
 use nalgebra::Vector2;
@@ -11,8 +11,20 @@ const PRIOR_WEIGHT: f32 = 10.0;
 pub(super) struct Sampling {
     /// Standard deviation of the picture's noise, grey levels.
     pub(super) noise_std: f32,
-    /// Every how many pixels along an edge there is a point.
+    /// Every how many pixels along a flat edge there is a point.
     pub(super) stride: usize,
+}
+
+impl Sampling {
+    /// Every how many pixels along the dominant axis of an edge with this normal there is a point.
+    pub(super) fn stride(&self, normal: Vector2<f32>) -> usize {
+        if normal.x.abs() >= normal.y.abs() { self.steep_stride() } else { self.stride }
+    }
+
+    /// The same for a steep edge.
+    pub(super) fn steep_stride(&self) -> usize {
+        STEEP_STRIDES * self.stride
+    }
 }
 
 /// The weighted total least squares line through the points with these indices, or `None` for fewer than three or coinciding points.
@@ -83,7 +95,7 @@ pub(super) fn fit(
 
     let number = f32::from(count);
     let longer = normal.amax();
-    let independent = (correlation_length(sampling.stride) * longer).max(1.0);
+    let independent = (correlation_length(sampling.stride(normal)) * longer).max(1.0);
     // s as stored counts half grey levels per pixel, D 256ths.
     let curvature = (curvature / number / 256.0).max(0.05);
     let slope = 0.5 * GRADIENT_SCALE * curvature;

@@ -122,15 +122,15 @@ impl Search<'_> {
                 // The line has hardly moved: its points are among those gathered last, and in order.
                 count = keep(points, members.get_mut(..count)?, |point| alike(point) & near(point));
             }
-            let max_gap = self.config.max_gap_px.max(2.0 * self.sampling.stride as f32);
+            let max_gap = self.config.max_gap_px.max(2.0 * self.sampling.stride(line.normal) as f32);
             run = longest_run(members.get(..count)?, position, max_gap);
             if (run.len() as f32) < self.least_points() {
                 return None;
             }
             line = fit(points, members.get(run.clone())?, line.normal, self.sampling)?;
         }
-        let density =
-            f32::from(line.points) * self.sampling.stride as f32 / (line.length() * line.normal.amax());
+        let density = f32::from(line.points) * self.sampling.stride(line.normal) as f32
+            / (line.length() * line.normal.amax());
         let fits = line.length() >= self.min_length && density >= LEAST_DENSITY;
         fits.then(|| (line, members.get(run).unwrap_or_default()))
     }
