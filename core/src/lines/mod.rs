@@ -4,14 +4,14 @@
 //! [`geometry`](crate::geometry) gives its range and bearing. The steps are those of the paper's section 3:
 //!
 //! ```text
-//! rows → smooth → gradient → threshold, closing, opening       crate::image, 2 to 9 rows behind the newest
+//! rows → smooth → gradient → threshold, closing, opening       crate::image, 4 to 9 rows behind the newest
 //!      → maxima across the edge, sub-pixel                     edge.rs,   a bounded list of points
 //!      → undistorted                                           lens.rs,   by a coarse grid
 //!      → Hough by gradient direction, a kind and polarity at a time    hough.rs
 //!      → weighted total least squares, segments                fit.rs, search.rs
 //!      → crossings with support, covariance                    corner.rs  (7)
 //!
-//! members.rs   lists of points by their indices: those near a line, those of each line
+//! members.rs   lists of points by their indices: those of a pass, those near a line, those of each line
 //! ```
 //!
 //! | symbol | in code | unit |
