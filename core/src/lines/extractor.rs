@@ -5,11 +5,12 @@ use super::edge_search::{EdgeSearch, FLOOR, VERTICAL};
 use super::extraction::{Extraction, Line};
 use super::fit::Sampling;
 use super::hough::Pass;
-use super::lens::{LENS_WORDS, LensGrid};
+use super::lens::LensGrid;
+use super::memory::{kept_rows, mask_words, row_masks};
 use super::search::{Search, WORDS_BY_POINT};
 use crate::geometry::RangeFinder;
 use crate::image::{
-    GRADIENT_SCALE, GradientRows, Grey, MARGIN, MAX_OPENING, NoiseLevel, OpeningRows, line_buffers, mask_len,
+    GRADIENT_SCALE, GradientRows, Grey, MARGIN, NoiseLevel, OpeningRows, line_buffers, mask_len,
     threshold_row,
 };
 use crate::{Error, Result};
@@ -17,47 +18,11 @@ use nalgebra::Vector2;
 
 /// Every how many rows the noise is measured.
 const NOISE_ROWS: usize = 16;
-/// The 16-bit words that an extractor for pictures of this size should be lent: line buffers, and a Hough
-/// accumulator with cells of 2 px.
-pub const fn row_words(width: usize, height: usize) -> usize {
-    let accumulator = 44 * (width + height / 4).div_ceil(2);
-    let rows = line_buffers(kept_rows(MAX_OPENING)) * width;
-    let lists = WORDS_BY_POINT * point_count(width, height);
-    let most = if accumulator > rows { accumulator } else { rows };
-    if most > lists { most } else { lists }
-}
-
-/// Rows of gradient between the newest and the one above the one that is opened.
-const fn kept_rows(opening: usize) -> usize {
-    opening + 2
-}
-
-/// The 32-bit words that an extractor for pictures of this width needs: masks, and the lens's displacements.
-pub const fn mask_words(width: usize) -> usize {
-    row_masks(width) + LENS_WORDS
-}
-
-/// Those of them that are masks.
-const fn row_masks(width: usize) -> usize {
-    OpeningRows::words(width) + mask_len(width)
-}
-
-/// A number of edge points that serves pictures of this size well: 2 % of the pixels.
-pub const fn point_count(width: usize, height: usize) -> usize {
-    let count = width * height / 50;
-    if count > 65_535 {
-        65_535
-    } else if count < 64 {
-        64
-    } else {
-        count
-    }
-}
 
 /// Finds floor corners in pictures that come row by row.
 ///
-/// Its memory is lent: `R` holds 16-bit words ([`row_words`]), `M` 32-bit ones ([`mask_words`]), `P` edge points
-/// ([`point_count`]). Arrays on a microcontroller, `Vec`s on a host.
+/// Its memory is lent: `R` holds 16-bit words ([`row_words`](super::row_words)), `M` 32-bit ones ([`mask_words`]), `P` edge points
+/// ([`point_count`](super::point_count)). Arrays on a microcontroller, `Vec`s on a host.
 ///
 /// ```
 /// use monorange_core::geometry::{Camera, Mount, RangeFinder};
@@ -138,7 +103,7 @@ where
         at_least(
             "extractor.words",
             words.as_ref().len(),
-            (line_buffers(kept_rows(config.opening)) * camera.width()).max(2 * capacity),
+            (line_buffers(kept_rows(config.opening)) * camera.width()).max(WORDS_BY_POINT * capacity),
         )?;
         at_least("extractor.masks", masks.as_ref().len(), mask_words(camera.width()))?;
 
@@ -379,6 +344,7 @@ fn extent(lens: &LensGrid<'_>, width: usize, height: usize) -> (Vector2<f32>, f3
 
 #[cfg(test)]
 mod tests {
+    use super::super::memory::{point_count, row_words};
     use super::*;
     use crate::geometry::{Camera, Distortion, Mount};
     use std::{vec, vec::Vec};
@@ -445,6 +411,26 @@ mod tests {
         assert!(found.floor_lines.iter().any(|line| line.length() > 5_000.0));
         let corner = found.corners.iter().find(|corner| (corner.pixel.x - 9_959.5).abs() < 0.2).unwrap();
         assert!((corner.pixel.y - 35.5).abs() < 0.2, "{corner:?}");
+    }
+
+    #[test]
+    fn a_steep_edge_must_fill_the_opening() {
+        let steep_points = |rows: usize, opening: usize| {
+            let in_bar = |k: usize| (20..20 + rows).contains(&(k / 64)) && (20..44).contains(&(k % 64));
+            let pixels: Vec<u8> = (0..64 * 64).map(|k| if in_bar(k) { 85 } else { 60 }).collect();
+            let config = ExtractConfig { opening, ..Default::default() };
+            let points = vec![EdgePoint::default(); 200];
+            let (words, masks) = (vec![0; row_words(64, 64)], vec![0; mask_words(64)]);
+            let mut extractor = Extractor::new(config, finder(64, 64), words, masks, points).unwrap();
+            extractor.extract(Grey::new(&pixels, 64, 64).unwrap()).unwrap();
+            let points = extractor.edge_points().iter().filter(|point| point.direction().cos().abs() > 0.9);
+            assert!(points.clone().all(|point| in_bar(64 * point.ideal().y as usize + 30)));
+            points.count()
+        };
+        // The smoothing leaves four of six rows strong enough, and five of seven.
+        assert_eq!((steep_points(6, 5), steep_points(6, 4)), (0, 4));
+        assert_eq!((steep_points(7, 6), steep_points(7, 5) > 0), (0, true));
+        assert_eq!(steep_points(20, 6), steep_points(20, 1));
     }
 
     #[test]

@@ -44,9 +44,11 @@ mod fit;
 mod hough;
 mod lens;
 mod members;
+mod memory;
 mod search;
 
 pub use config::ExtractConfig;
 pub use edge::EdgePoint;
 pub use extraction::{Corner, Extraction, Line, MAX_CORNERS, MAX_LINES, Truncations};
-pub use extractor::{Extractor, mask_words, point_count, row_words};
+pub use extractor::Extractor;
+pub use memory::{mask_words, point_count, row_words};
