@@ -122,8 +122,7 @@ impl Search<'_> {
                 // The line has hardly moved: its points are among those gathered last, and in order.
                 count = keep(points, members.get_mut(..count)?, |point| alike(point) & near(point));
             }
-            // One point may be missing.
-            let max_gap = self.config.max_gap_px.max(2.5 * self.sampling.stride(line.normal) as f32);
+            let max_gap = self.config.max_gap_px.max(2.0 * self.sampling.stride(line.normal) as f32);
             run = longest_run(members.get(..count)?, position, max_gap);
             if (run.len() as f32) < self.least_points() {
                 return None;
