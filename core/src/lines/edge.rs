@@ -259,6 +259,26 @@ mod tests {
     }
 
     #[test]
+    fn lengths_are_within_their_bound() {
+        for step in 0..2560 {
+            let (sin, cos) = (step as f32 * core::f32::consts::TAU / 2560.0).sin_cos();
+            let length = Slope::new(cos * 7.0, sin * 7.0).length();
+            assert!((length / 7.0 - 1.0).abs() < 0.0015, "{length} at {step}");
+        }
+    }
+
+    #[test]
+    fn columns_that_are_kept_are_multiples_of_the_stride() {
+        for stride in [1, 2, 8, 32, 64] {
+            let list = EdgeList { stride, ..EdgeList::new() };
+            for first in 0..200 {
+                let expected = (0..32).filter(|k| (first + k) % stride == 0).map(|k| 1 << k).sum::<u32>();
+                assert_eq!(list.kept_columns(first), expected, "stride {stride} from column {first}");
+            }
+        }
+    }
+
+    #[test]
     fn unit_vectors_are_the_nearest_to_their_directions() {
         for step in 0..=255 {
             let angle = f64::from(step) * std::f64::consts::TAU / 256.0;
