@@ -12,6 +12,7 @@
 //!      → crossings with support, covariance                    corner.rs  (7)
 //!
 //! members.rs   lists of points by their indices: those of a pass, those near a line, those of each line
+//! memory.rs    how many words and points an extractor is lent
 //! ```
 //!
 //! | symbol | in code | unit |
