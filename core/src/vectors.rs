@@ -1,7 +1,24 @@
 //! Loops compiled for more than one width of vector.
+use core::ops::Range;
 
 /// Whether the target has vector instructions at all: elsewhere a loop cut to their measure is only longer code.
 pub(crate) const VECTORS: bool = cfg!(any(target_arch = "x86_64", target_arch = "aarch64"));
+
+/// Calls `part` with the indices that fill vectors of eight, then with four, two and one of those that are left.
+#[inline(always)]
+pub(crate) fn in_powers(count: usize, mut part: impl FnMut(Range<usize>)) {
+    if !VECTORS {
+        return part(0..count);
+    }
+    let mut rest = count & !7;
+    part(0..rest);
+    for length in [4, 2, 1] {
+        if count & length != 0 {
+            part(rest..rest + length);
+            rest += length;
+        }
+    }
+}
 
 /// Runs `wide` with AVX2 where the feature `dispatch` is on and the processor has it, else `plain`: the same loop twice.
 ///
@@ -20,4 +37,24 @@ pub(crate) fn widest<A, R>(arguments: A, wide: impl FnOnce(A) -> R, plain: impl 
     }
     let _ = wide;
     plain(arguments)
+}
+
+/// As [`widest`], with a third copy, `wider`, for AVX-512: for the loop that most of an update's time goes to.
+#[inline(always)]
+pub(crate) fn widest_of_three<A, R>(
+    arguments: A,
+    wider: impl FnOnce(A) -> R,
+    wide: impl FnOnce(A) -> R,
+    plain: impl FnOnce(A) -> R,
+) -> R {
+    #[cfg(all(any(feature = "dispatch", test), target_arch = "x86_64"))]
+    if let fearless_simd::Level::Avx512(avx512) = fearless_simd::Level::new() {
+        return fearless_simd::Simd::vectorize(
+            avx512,
+            #[inline(always)]
+            || wider(arguments),
+        );
+    }
+    let _ = wider;
+    widest(arguments, wide, plain)
 }

@@ -42,6 +42,7 @@
 //! allowed for in their variance.
 mod birth;
 mod consistency;
+mod downdate;
 mod factored;
 mod filter;
 mod health;

@@ -100,6 +100,12 @@ impl<'a, T: Real> Triangle<'a, T> {
         &mut self.data[start..start + self.size - row]
     }
 
+    /// All that is kept from a row on, and the row's length: each has one less than the one before.
+    #[inline(always)]
+    pub(super) fn below_mut(&mut self, row: usize) -> (&mut [T], usize) {
+        (&mut self.data[row_start(self.capacity, row)..], self.capacity - row)
+    }
+
     /// Columns `row..size` of a row, and `row + 1..size` of the next, which is empty below the last.
     #[inline(always)]
     pub(super) fn two_rows_mut(&mut self, row: usize) -> [&mut [T]; 2] {

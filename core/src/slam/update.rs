@@ -15,6 +15,7 @@
 //! Kalman filter as a stable observer", 2017), in ordinary coordinates and in differences alone: nothing depends
 //! on where the origin is.
 #![allow(clippy::indexing_slicing, reason = "kernel: vectors have the filter's capacity, indices its size")]
+use super::downdate::downdate;
 use super::factored;
 use super::filter::{BATCH, Covariance, Filter, Parts, ROBOT, Variant, add_steps};
 use super::landmark::Landmark;
@@ -25,6 +26,7 @@ use super::packed;
 use crate::association::{Gate, cholesky, forward, inflation};
 use crate::vectors::widest;
 use crate::{Error, Real, Result};
+use core::ops::Range;
 use nalgebra::{Matrix2, Matrix2x4, Vector2};
 
 /// A measurement of a landmark that is known.
@@ -200,7 +202,13 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     }
 
     pub(super) fn slot(&self, id: u32) -> Result<usize> {
-        self.landmarks().iter().position(|landmark| landmark.id == id).ok_or(Error::UnknownLandmark { id })
+        let records = self.landmarks();
+        let called = |landmark: &Landmark<T>| landmark.id == id;
+        // Where landmarks are numbered by their births, one is at its number, or before it when others have gone.
+        let (near, far) = records.split_at(records.len().min((id as usize).saturating_add(1)));
+        let found = near.iter().rposition(called);
+        let found = found.or_else(|| Some(near.len() + far.iter().position(called)?));
+        found.ok_or(Error::UnknownLandmark { id })
     }
 
     pub(super) fn absorb_landmark(
@@ -289,7 +297,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                 widest((&root, columns, &whitened, &mut *vectors.delta), whiten, whiten);
                 pending.waiting += 1;
                 if pending.waiting == BATCH {
-                    packed::downdate(&mut p, &vectors.shared(BATCH), None);
+                    downdate(&mut p, &vectors.shared(BATCH), None);
                     pending.waiting = 0;
                 }
             }
@@ -317,20 +325,27 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         if invariant {
             let rotation = arc_rotation(turn);
             vectors.lever.fill(T::zero());
-            let offsets = landmarks.iter().take(count).map(|landmark| landmark.offset);
-            for at in core::iter::once(0).chain(offsets) {
-                let (delta, lever) = (&mut vectors.delta[at..][..2], &mut vectors.lever[at..][..2]);
-                let step = rotation * Vector2::new(delta[0], delta[1]);
-                delta.copy_from_slice(step.as_slice());
-                lever.copy_from_slice(&[-step.y, step.x]);
+            let mut turn = |at: Range<usize>| {
+                let moved = (rotation, &mut vectors.delta[at.clone()], &mut vectors.lever[at]);
+                widest(moved, turn_steps, turn_steps);
+            };
+            // Most positions lie side by side.
+            let mut run = 0..2;
+            for landmark in landmarks.iter().take(count) {
+                if landmark.offset != run.end {
+                    turn(run);
+                    run = landmark.offset..landmark.offset;
+                }
+                run.end += 2;
             }
+            turn(run);
         }
         match (form, invariant) {
-            (Covariance::Packed, false) => packed::downdate(&mut p, &vectors.shared(pending.waiting), None),
+            (Covariance::Packed, false) => downdate(&mut p, &vectors.shared(pending.waiting), None),
             (Covariance::Packed, true) => {
                 vectors.turn_column(&p, pending.waiting);
                 let pairs = vectors.shared(pending.waiting);
-                packed::downdate(&mut p, &pairs, Some([vectors.lever, vectors.column]));
+                downdate(&mut p, &pairs, Some([vectors.lever, vectors.column]));
             }
             (Covariance::Factored, false) => {}
             (Covariance::Factored, true) => {
@@ -393,6 +408,17 @@ pub(super) fn product<T: Real>(rows: &[Row<T>], vector: &[T]) -> Vector2<T> {
 fn subtract<T: Real>((from, factor, vector): (&mut [T], T, &[T])) {
     for (value, step) in from.iter_mut().zip(vector) {
         *value -= factor * *step;
+    }
+}
+
+/// δ_q ← q⁺ − q = V δ_q and a_q = J (q⁺ − q), of positions side by side.
+#[inline(always)]
+fn turn_steps<T: Real>((rotation, delta, lever): (Matrix2<T>, &mut [T], &mut [T])) {
+    let ((steps, _), (levers, _)) = (delta.as_chunks_mut::<2>(), lever.as_chunks_mut::<2>());
+    for (step, lever) in steps.iter_mut().zip(levers) {
+        let [x, y] = *step;
+        *step = [rotation.m11 * x + rotation.m12 * y, rotation.m21 * x + rotation.m22 * y];
+        *lever = [-step[1], step[0]];
     }
 }
 

@@ -1,0 +1,267 @@
+//! P ← P − Σ w wᵀ + a bᵀ + b aᵀ: the one pass over the covariance in which a frame's corrections are made.
+//!
+//! Entries are taken in bands of rows, and all of a frame's vectors are added to a band before the next is begun: it stays in
+//! the processor's nearest memory. On targets with vector instructions a band is as many rows as a tile is wide, and is cut
+//! into square tiles, so that all loops have a length that is known when they are compiled. Bands are counted from the last
+//! row: every tile but the one on the diagonal is whole, and the rows too few for a band are those at the top, the robot's
+//! among them.
+//!
+//! ```text
+//!   0 ┌─────────────────
+//!     │ rows, two by two
+//!   m └┬────┬────┬────┐       m = n mod width
+//!      └┐ D │    │    │
+//!       └───┼────┼────┤       D: the part of a tile below the diagonal belongs to
+//!           └┐ D │    │          other rows, and is left as it is
+//!            └───┼────┤
+//!                └┐ D │
+//!   n             └───┘
+//! ```
+//!
+//! Every entry gets the same sum in the same order in either way and at any width, to the bit.
+#![allow(clippy::indexing_slicing, reason = "kernel: all vectors are sliced to the triangle's size first")]
+use super::triangle::Triangle;
+use crate::Real;
+use crate::vectors::{VECTORS, in_powers, widest_of_three};
+use core::array::from_fn;
+use core::ops::Range;
+
+/// Rows of a band, and columns of a tile.
+const WIDTH: usize = 16;
+
+/// P ← P − Σ w wᵀ (+ a bᵀ + b aᵀ).
+#[inline(never)]
+pub(super) fn downdate<T: Real>(p: &mut Triangle<'_, T>, pairs: &[[&[T]; 2]], reset: Option<[&[T]; 2]>) {
+    widest_of_three(
+        (p, pairs, reset),
+        #[inline(always)]
+        |all| pass::<T, 0>(all),
+        #[inline(always)]
+        |all| pass::<T, 1>(all),
+        #[inline(always)]
+        |all| pass::<T, 2>(all),
+    );
+}
+
+type Downdate<'a, 'p, T> = (&'a mut Triangle<'p, T>, &'a [[&'a [T]; 2]], Option<[&'a [T]; 2]>);
+
+/// The pass. What it calls has to be its own, not shared by the copies for several processors: that is what `COPY` is for.
+#[inline(always)]
+fn pass<T: Real, const COPY: usize>((p, pairs, reset): Downdate<'_, '_, T>) {
+    let mut band = 0..if VECTORS && p.size >= WIDTH { p.size % WIDTH } else { 0 };
+    while band.start < p.size {
+        let mut rest = pairs;
+        if let Some([a, b]) = reset {
+            if let [[u, v], tail @ ..] = rest {
+                add::<T, 4, true, COPY>(p, &band, [u, v, a, b]);
+                rest = tail;
+            } else {
+                add::<T, 2, true, COPY>(p, &band, [a, b]);
+            }
+        }
+        while let [[u, v], [s, t], tail @ ..] = rest {
+            add::<T, 4, false, COPY>(p, &band, [u, v, s, t]);
+            rest = tail;
+        }
+        if let [[u, v]] = rest {
+            add::<T, 2, false, COPY>(p, &band, [u, v]);
+        }
+        band = band.end..p.size.min(band.end + WIDTH);
+    }
+}
+
+/// P ← P − Σ v vᵀ in the rows of a band; with `TURN` the last two vectors, s and t, come as + s tᵀ + t sᵀ.
+#[inline(always)]
+fn add<T: Real, const N: usize, const TURN: bool, const COPY: usize>(
+    p: &mut Triangle<'_, T>,
+    band: &Range<usize>,
+    vectors: [&[T]; N],
+) {
+    let vectors: [&[T]; N] = from_fn(|k| &vectors[k][..p.size]);
+    if VECTORS && p.size >= WIDTH {
+        let size = p.size;
+        let (below, length) = p.below_mut(band.start);
+        tile::<T, N, TURN, true, COPY>((below, length), band, band.start, vectors);
+        let mut column = band.end;
+        while column < size {
+            tile::<T, N, TURN, false, COPY>((below, length), band, column, vectors);
+            column += WIDTH;
+        }
+    } else {
+        rows::<T, N, TURN, COPY>(p, band, vectors);
+    }
+}
+
+/// The tile of a band that begins at `column`; of the one on the `DIAGONAL`, what is not below it.
+///
+/// The band comes as all that is kept from its first row on, and that row's length.
+#[inline(always)]
+fn tile<T: Real, const N: usize, const TURN: bool, const DIAGONAL: bool, const COPY: usize>(
+    (below, mut length): (&mut [T], usize),
+    band: &Range<usize>,
+    column: usize,
+    vectors: [&[T]; N],
+) {
+    let along: [[T; WIDTH]; N] = from_fn(|k| from_fn(|lane| vectors[k][column..][..WIDTH][lane]));
+    let mut at = column - band.start;
+    for row in band.clone() {
+        // Entries before factors: a factor that is read where it is used costs nothing.
+        let Some(entries) = below[at..].first_chunk_mut::<WIDTH>() else { return };
+        let factors = from_fn(|k| vectors[partner::<N, TURN>(k)][row]);
+        let left = (band.end - row) as u32;
+        for lane in 0..WIDTH {
+            let step = step::<T, N, TURN>(factors, from_fn(|k| along[k][lane]));
+            // Adding −0 and taking away +0 leave every number as it is, zeros of either sign among them.
+            let nothing = if TURN { -T::zero() } else { T::zero() };
+            let step = if DIAGONAL && (lane as u32).wrapping_sub((row - band.start) as u32) >= left {
+                nothing
+            } else {
+                step
+            };
+            entries[lane] = changed::<T, TURN>(entries[lane], step);
+        }
+        // The same column in the next row, which begins a column later.
+        (at, length) = (at + length - 1, length - 1);
+    }
+}
+
+/// Σ factor · number, of two or of four, the last two of which count against the first with `TURN`.
+#[inline(always)]
+pub(super) fn step<T: Real, const N: usize, const TURN: bool>(factors: [T; N], numbers: [T; N]) -> T {
+    let two = |k: usize| factors[k] * numbers[k] + factors[k + 1] * numbers[k + 1];
+    match (N, TURN) {
+        (2, _) => two(0),
+        (_, false) => two(0) + two(2),
+        (_, true) => two(2) - two(0),
+    }
+}
+
+/// A step is taken from an entry, and added to it with `TURN`.
+#[inline(always)]
+fn changed<T: Real, const TURN: bool>(entry: T, step: T) -> T {
+    if TURN { entry + step } else { entry - step }
+}
+
+/// Which vector multiplies vector `k`: itself, or with `TURN` the other one of the last two.
+const fn partner<const N: usize, const TURN: bool>(k: usize) -> usize {
+    if TURN && k + 2 >= N { k ^ 1 } else { k }
+}
+
+/// The rows of a band, two by two: what is read of a vector serves both.
+#[inline(always)]
+fn rows<T: Real, const N: usize, const TURN: bool, const COPY: usize>(
+    p: &mut Triangle<'_, T>,
+    band: &Range<usize>,
+    vectors: [&[T]; N],
+) {
+    let factors = |at: usize| -> [T; N] { from_fn(|k| vectors[partner::<N, TURN>(k)][at]) };
+    let mut at = band.start;
+    while at < band.end {
+        let [upper, lower] = p.two_rows_mut(at);
+        let next = at + 1;
+        let above = factors(at);
+        upper[0] = changed::<T, TURN>(upper[0], step::<T, N, TURN>(above, from_fn(|k| vectors[k][at])));
+        let after = from_fn(|k| &vectors[k][next..]);
+        if next < band.end {
+            two_rows::<T, N, TURN, COPY>(&mut upper[1..], lower, [above, factors(next)], after);
+        } else {
+            for (column, entry) in upper[1..].iter_mut().enumerate() {
+                *entry = changed::<T, TURN>(*entry, step::<T, N, TURN>(above, from_fn(|k| after[k][column])));
+            }
+        }
+        at += 2;
+    }
+}
+
+/// Two rows' steps: Σ factor · vector is taken from both, or added with `TURN`.
+///
+/// Only as a function's arguments are rows known not to overlap, which spares the loop to ask; the compiler must see it by
+/// itself before it becomes part of its caller, which is why it is not `#[inline(always)]`; and it becomes part of one that
+/// calls it once, which is what `TURN` and `COPY` are for. Where no wider vectors are chosen it stays apart, for its size.
+#[cfg_attr(target_arch = "x86_64", inline)]
+#[cfg_attr(not(target_arch = "x86_64"), inline(never))]
+pub(super) fn two_rows<T: Real, const N: usize, const TURN: bool, const COPY: usize>(
+    upper: &mut [T],
+    lower: &mut [T],
+    [above, below]: [[T; N]; 2],
+    vectors: [&[T]; N],
+) {
+    let count = lower.len();
+    let upper = &mut upper[..count];
+    let vectors: [&[T]; N] = from_fn(|k| &vectors[k][..count]);
+    in_powers(
+        count,
+        #[inline(always)]
+        |part| {
+            for column in part {
+                let numbers = from_fn(|k| vectors[k][column]);
+                upper[column] = changed::<T, TURN>(upper[column], step::<T, N, TURN>(above, numbers));
+                lower[column] = changed::<T, TURN>(lower[column], step::<T, N, TURN>(below, numbers));
+            }
+        },
+    );
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::vectors::widest;
+    use std::vec::Vec;
+
+    /// Numbers of both signs and of several magnitudes, and some zeros of either sign.
+    pub(in crate::slam) fn numbers(count: usize, seed: u32) -> Vec<f32> {
+        let mut state = seed;
+        let mut next = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1 << 23) as f32 - 1.0
+        };
+        (0..count).map(|at| next() * [1.0, 1e-3, 30.0, 0.0][at % 7 % 4]).collect()
+    }
+
+    pub(in crate::slam) fn bits(numbers: &[f32]) -> Vec<u32> {
+        numbers.iter().map(|number| number.to_bits()).collect()
+    }
+
+    /// The definition, entry by entry.
+    fn entry_by_entry(p: &mut Triangle<'_, f32>, pairs: &[[&[f32]; 2]], reset: Option<[&[f32]; 2]>) {
+        let size = p.size;
+        for (i, j) in (0..size).flat_map(|i| (i..size).map(move |j| (i, j))) {
+            let mut steps = pairs.iter().map(|[u, v]| u[i] * u[j] + v[i] * v[j]);
+            let turn = reset.map(|[a, b]| b[i] * a[j] + a[i] * b[j]);
+            let mut entry = p.at(i, j);
+            if let Some(turn) = turn {
+                entry += steps.next().map_or(turn, |step| turn - step);
+            }
+            while let Some(step) = steps.next() {
+                entry -= steps.next().map_or(step, |next| step + next);
+            }
+            p.set(i, j, entry);
+        }
+    }
+
+    #[test]
+    fn every_copy_of_the_pass_gives_the_definitions_bits() {
+        for size in 3..70 {
+            let capacity = size + size % 3;
+            let start = numbers(capacity * (capacity + 1) / 2, 1);
+            let vectors: Vec<Vec<f32>> = (2..12).map(|seed| numbers(size, seed)).collect();
+            for (waiting, turning) in (0..=4).flat_map(|waiting| [(waiting, false), (waiting, true)]) {
+                let pairs: Vec<_> =
+                    vectors.chunks(2).map(|pair| [&*pair[0], &*pair[1]]).take(waiting).collect();
+                let reset = turning.then_some([&*vectors[8], &*vectors[9]]);
+                let after = |pass: &dyn Fn(&mut Triangle<'_, f32>)| {
+                    let mut entries = start.clone();
+                    pass(&mut Triangle::new(&mut entries, capacity, size));
+                    bits(&entries)
+                };
+                let expected = after(&|p| entry_by_entry(p, &pairs, reset));
+                let what = std::format!("size {size}, {waiting} waiting, reset {turning}");
+                assert!(expected == after(&|p| downdate(p, &pairs, reset)), "widest vectors, {what}");
+                assert!(expected == after(&|p| pass::<f32, 2>((p, &pairs, reset))), "narrowest, {what}");
+                let wide =
+                    |p: &mut Triangle<'_, f32>| widest((p, &*pairs, reset), pass::<f32, 1>, pass::<f32, 2>);
+                assert!(expected == after(&wide), "between, {what}");
+            }
+        }
+    }
+}
