@@ -9,15 +9,16 @@
 //! The peers have dense covariances and Jacobians, which is what they offer: the update costs them O(n³) or n²·m.
 //! They hold theirs by value, so the measuring thread has a large stack.
 //!
-//! An update of the invariant filter needs four products and four sums an entry of P (two of each for the two scalars, two
-//! for the reset), where the pass over the memory has one product. Both are run with AVX2 where the processor has it (the
-//! core's feature `dispatch`; `--no-default-features` leaves it out), and the pass is the faster of its two compilations.
-//! "update / pass" says how much longer the update takes; its bits are the same in all cases.
+//! An update of the textbook's filter needs two products and two sums an entry of P, the invariant filter's reset as many
+//! again, once a frame; the pass over the memory has one product. All of them run with the widest vectors that the
+//! processor has (the core's feature `dispatch`; `--no-default-features` leaves it out), and the pass is the fastest of its
+//! compilations. "update / pass" says how much longer the update takes, and "reset / pass" what the reset adds to a frame
+//! of one landmark; the bits are the same at every width.
 //!
-//! Measured (AMD EPYC 7003, run-time dispatch): 9, 3.4 and 2.3 × the pass for one landmark at N = 20, 100 and 400, 2.5 and
-//! 1.9 × in a frame of four at N = 100 and 400; 9 to 12, 45 and 73 times as fast as minikalman, the fastest peer. In cycles an
-//! update takes 0.71, 0.58 and 0.62 of what it took on SSE2 with the kernel before. At N = 20 a third of the instructions
-//! are outside the kernels: linearisation, gate, the search for the landmark.
+//! Measured (Intel Xeon of 2023 with AVX-512, run-time dispatch): 2.0 and 1.6 × the pass for one landmark at N = 100 and 400,
+//! of which the reset 0.4 and 0.3; 1.5 and 1.3 × in a frame of four; 11 × at N = 20, where most of the time goes to the
+//! linearisation, the gate and the search for the landmark. 7, 43 and 96 times as fast as minikalman, the fastest peer.
+//! With AVX2 alone one landmark takes 1.3 times as long at N = 100, with SSE2 twice as long.
 mod peers;
 
 use monorange_core::geometry::Pose;
@@ -104,24 +105,37 @@ fn ours(landmarks: usize, seen: usize, variant: Variant, covariance: Covariance)
     [update / seen as f64, predict]
 }
 
-/// Microseconds to read and write the packed covariance once: as everything is compiled, and with AVX2.
-fn memory_passes(landmarks: usize) -> [f64; 2] {
+/// Microseconds to read and write the packed covariance once: the least of what each compilation takes.
+fn memory_pass(landmarks: usize) -> f64 {
     let mut packed = vec![1.0_f32; packed_len(states_for(landmarks, false))];
     let factor = black_box(1.000_000_1_f32);
     let scale = |packed: &mut [f32]| packed.iter_mut().for_each(|entry| *entry *= factor);
     let plain = time(|| scale(black_box(&mut packed)));
     #[cfg(all(feature = "dispatch", target_arch = "x86_64"))]
-    if let Some(avx2) = fearless_simd::Level::new().as_avx2() {
-        use fearless_simd::Simd;
-        let wide = || {
-            avx2.vectorize(
-                #[inline(always)]
-                || scale(black_box(&mut packed)),
-            )
+    {
+        use fearless_simd::{Level, Simd};
+        let level = Level::new();
+        let avx2 = level.as_avx2().map(|avx2| {
+            time(|| {
+                avx2.vectorize(
+                    #[inline(always)]
+                    || scale(black_box(&mut packed)),
+                );
+            })
+        });
+        let avx512 = match level {
+            Level::Avx512(avx512) => Some(time(|| {
+                avx512.vectorize(
+                    #[inline(always)]
+                    || scale(black_box(&mut packed)),
+                );
+            })),
+            _ => None,
         };
-        return [plain, time(wide)];
+        return avx2.into_iter().chain(avx512).fold(plain, f64::min);
     }
-    [plain, plain]
+    #[allow(unreachable_code, reason = "what is left without dispatch")]
+    plain
 }
 
 fn line<const STATES: usize>() {
@@ -130,8 +144,7 @@ fn line<const STATES: usize>() {
     let [in_frame, _] = ours(landmarks, 4, Variant::Invariant, Covariance::Packed);
     let [textbook, _] = ours(landmarks, 1, Variant::Textbook, Covariance::Packed);
     let [factored, _] = ours(landmarks, 1, Variant::Invariant, Covariance::Factored);
-    let [plain, wide] = memory_passes(landmarks);
-    let pass = plain.min(wide);
+    let pass = memory_pass(landmarks);
     let peers = [
         ("minikalman", peers::minikalman::<STATES>()),
         ("kfilter", peers::kfilter::<STATES>()),
@@ -141,11 +154,13 @@ fn line<const STATES: usize>() {
     println!(
         "  monorange invariant {update:10.2}   in a frame of 4 {in_frame:.2}   textbook {textbook:.2}   factored {factored:.2}   predict {predict:.3}"
     );
-    println!("  pass over P         {plain:10.2}   with AVX2 {wide:.2}");
-    let ratios = [update, in_frame, textbook].map(|time| time / pass);
+    println!("  pass over P         {pass:10.2}");
     println!(
-        "  update / pass       {:10.2}   in a frame of 4 {:.2}   textbook {:.2}",
-        ratios[0], ratios[1], ratios[2]
+        "  update / pass       {:10.2}   in a frame of 4 {:.2}   textbook {:.2}   reset / pass {:.2}",
+        update / pass,
+        in_frame / pass,
+        textbook / pass,
+        (update - textbook) / pass
     );
     for (name, [peer_update, peer_predict]) in peers {
         println!(

@@ -1,32 +1,33 @@
 //! P ← P − Σ w wᵀ + a bᵀ + b aᵀ: the one pass over the covariance in which a frame's corrections are made.
 //!
 //! Entries are taken in bands of rows, and all of a frame's vectors are added to a band before the next is begun: it stays in
-//! the processor's nearest memory. On targets with vector instructions a band is as many rows as a tile is wide, and is cut
-//! into square tiles, so that all loops have a length that is known when they are compiled. Bands are counted from the last
-//! row: every tile but the one on the diagonal is whole, and the rows too few for a band are those at the top, the robot's
-//! among them.
+//! the processor's nearest memory. Where vectors are wide a band is cut into tiles of [`WIDTH`] columns: what is read of a
+//! vector serves the whole tile, and no loop has a remainder. Bands and tiles are counted from the last row and
+//! column, so that every tile is whole but those on the diagonal, and what is left over is the first band's height.
 //!
 //! ```text
-//!   0 ┌─────────────────
-//!     │ rows, two by two
-//!   m └┬────┬────┬────┐       m = n mod width
-//!      └┐ D │    │    │
-//!       └───┼────┼────┤       D: the part of a tile below the diagonal belongs to
-//!           └┐ D │    │          other rows, and is left as it is
-//!            └───┼────┤
-//!                └┐ D │
-//!   n             └───┘
+//!   0 ┌────┬────┬────┬────┐
+//!     └┐ D │    │    │    │     n mod 16 rows
+//!   m  └───┼────┼────┼────┤
+//!          └┐ D │    │    │     16 rows
+//!           └───┼────┼────┤
+//!               └┐ D │    │     D: what is below the diagonal belongs to other rows, and is
+//!                └───┼────┤        left as it is, as is what lies beyond the first band's m
+//!                    └┐ D │
+//!   n                 └───┘
 //! ```
+//!
+//! Elsewhere, and in matrices narrower than a tile, rows are taken two by two: what is read of a vector serves both.
 //!
 //! Every entry gets the same sum in the same order in either way and at any width, to the bit.
 #![allow(clippy::indexing_slicing, reason = "kernel: all vectors are sliced to the triangle's size first")]
 use super::triangle::Triangle;
 use crate::Real;
-use crate::vectors::{VECTORS, in_powers, widest_of_three};
+use crate::vectors::{in_powers, widest_of_three};
 use core::array::from_fn;
 use core::ops::Range;
 
-/// Rows of a band, and columns of a tile.
+/// Rows of a band, and columns of a tile: one AVX-512 vector of `f32`, and two of AVX2.
 const WIDTH: usize = 16;
 
 /// P ← P − Σ w wᵀ (+ a bᵀ + b aᵀ).
@@ -35,36 +36,38 @@ pub(super) fn downdate<T: Real>(p: &mut Triangle<'_, T>, pairs: &[[&[T]; 2]], re
     widest_of_three(
         (p, pairs, reset),
         #[inline(always)]
-        |all| pass::<T, 0>(all),
+        |all| pass::<T, true, 0>(all),
         #[inline(always)]
-        |all| pass::<T, 1>(all),
+        |all| pass::<T, true, 1>(all),
         #[inline(always)]
-        |all| pass::<T, 2>(all),
+        |all| pass::<T, false, 2>(all),
     );
 }
 
 type Downdate<'a, 'p, T> = (&'a mut Triangle<'p, T>, &'a [[&'a [T]; 2]], Option<[&'a [T]; 2]>);
 
-/// The pass. What it calls has to be its own, not shared by the copies for several processors: that is what `COPY` is for.
+/// The pass, in tiles or by rows. What it calls has to be its own, not shared by the copies for several processors: that is
+/// what `COPY` is for.
 #[inline(always)]
-fn pass<T: Real, const COPY: usize>((p, pairs, reset): Downdate<'_, '_, T>) {
-    let mut band = 0..if VECTORS && p.size >= WIDTH { p.size % WIDTH } else { 0 };
+fn pass<T: Real, const TILES: bool, const COPY: usize>((p, pairs, reset): Downdate<'_, '_, T>) {
+    let tiles = TILES && p.size >= WIDTH;
+    let mut band = 0..if tiles { p.size % WIDTH } else { 0 };
     while band.start < p.size {
         let mut rest = pairs;
         if let Some([a, b]) = reset {
             if let [[u, v], tail @ ..] = rest {
-                add::<T, 4, true, COPY>(p, &band, [u, v, a, b]);
+                add::<T, 4, true, TILES, COPY>(p, &band, [u, v, a, b]);
                 rest = tail;
             } else {
-                add::<T, 2, true, COPY>(p, &band, [a, b]);
+                add::<T, 2, true, TILES, COPY>(p, &band, [a, b]);
             }
         }
         while let [[u, v], [s, t], tail @ ..] = rest {
-            add::<T, 4, false, COPY>(p, &band, [u, v, s, t]);
+            add::<T, 4, false, TILES, COPY>(p, &band, [u, v, s, t]);
             rest = tail;
         }
         if let [[u, v]] = rest {
-            add::<T, 2, false, COPY>(p, &band, [u, v]);
+            add::<T, 2, false, TILES, COPY>(p, &band, [u, v]);
         }
         band = band.end..p.size.min(band.end + WIDTH);
     }
@@ -72,13 +75,13 @@ fn pass<T: Real, const COPY: usize>((p, pairs, reset): Downdate<'_, '_, T>) {
 
 /// P ← P − Σ v vᵀ in the rows of a band; with `TURN` the last two vectors, s and t, come as + s tᵀ + t sᵀ.
 #[inline(always)]
-fn add<T: Real, const N: usize, const TURN: bool, const COPY: usize>(
+fn add<T: Real, const N: usize, const TURN: bool, const TILES: bool, const COPY: usize>(
     p: &mut Triangle<'_, T>,
     band: &Range<usize>,
     vectors: [&[T]; N],
 ) {
     let vectors: [&[T]; N] = from_fn(|k| &vectors[k][..p.size]);
-    if VECTORS && p.size >= WIDTH {
+    if TILES && p.size >= WIDTH {
         let size = p.size;
         let (below, length) = p.below_mut(band.start);
         tile::<T, N, TURN, true, COPY>((below, length), band, band.start, vectors);
@@ -92,7 +95,7 @@ fn add<T: Real, const N: usize, const TURN: bool, const COPY: usize>(
     }
 }
 
-/// The tile of a band that begins at `column`; of the one on the `DIAGONAL`, what is not below it.
+/// The tile of a band that begins at `column`; of the one on the `DIAGONAL`, what is on it and above.
 ///
 /// The band comes as all that is kept from its first row on, and that row's length.
 #[inline(always)]
@@ -147,7 +150,7 @@ const fn partner<const N: usize, const TURN: bool>(k: usize) -> usize {
     if TURN && k + 2 >= N { k ^ 1 } else { k }
 }
 
-/// The rows of a band, two by two: what is read of a vector serves both.
+/// The rows of a band, two by two.
 #[inline(always)]
 fn rows<T: Real, const N: usize, const TURN: bool, const COPY: usize>(
     p: &mut Triangle<'_, T>,
@@ -257,9 +260,13 @@ pub(super) mod tests {
                 let expected = after(&|p| entry_by_entry(p, &pairs, reset));
                 let what = std::format!("size {size}, {waiting} waiting, reset {turning}");
                 assert!(expected == after(&|p| downdate(p, &pairs, reset)), "widest vectors, {what}");
-                assert!(expected == after(&|p| pass::<f32, 2>((p, &pairs, reset))), "narrowest, {what}");
-                let wide =
-                    |p: &mut Triangle<'_, f32>| widest((p, &*pairs, reset), pass::<f32, 1>, pass::<f32, 2>);
+                assert!(
+                    expected == after(&|p| pass::<f32, false, 2>((p, &pairs, reset))),
+                    "narrowest, {what}"
+                );
+                let wide = |p: &mut Triangle<'_, f32>| {
+                    widest((p, &*pairs, reset), pass::<f32, true, 1>, pass::<f32, false, 2>)
+                };
                 assert!(expected == after(&wide), "between, {what}");
             }
         }

@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | predict | 4n flops | the robot's rows |
 //! | P Hᵀ of one landmark | 20n flops | five rows |
-//! | downdate by k landmarks, reset | (4k + 4)·n²/2 flops | every entry once |
+//! | [downdate](super::downdate) by k landmarks, reset | (4k + 4)·n²/2 flops | every entry once |
 //! | rounding's cover | 4 flops a sighting | the landmark's two variances |
 //!
 //! A frame's landmarks are downdated together, P ← P − Σ w wᵀ with w = P Hᵀ L⁻ᵀ, S = L Lᵀ: one pass over the

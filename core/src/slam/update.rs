@@ -325,7 +325,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         if invariant {
             let rotation = arc_rotation(turn);
             vectors.lever.fill(T::zero());
-            let mut turn = |at: Range<usize>| {
+            let mut turn_run = |at: Range<usize>| {
                 let moved = (rotation, &mut vectors.delta[at.clone()], &mut vectors.lever[at]);
                 widest(moved, turn_steps, turn_steps);
             };
@@ -333,12 +333,12 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             let mut run = 0..2;
             for landmark in landmarks.iter().take(count) {
                 if landmark.offset != run.end {
-                    turn(run);
+                    turn_run(run);
                     run = landmark.offset..landmark.offset;
                 }
                 run.end += 2;
             }
-            turn(run);
+            turn_run(run);
         }
         match (form, invariant) {
             (Covariance::Packed, false) => downdate(&mut p, &vectors.shared(pending.waiting), None),
