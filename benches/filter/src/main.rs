@@ -53,7 +53,9 @@ fn filter(landmarks: usize, variant: Variant, covariance: Covariance) -> HostFil
     let mut filter =
         Filter::new(storage, records, Pose::default(), Matrix3::identity() * 0.01, config).expect("sound");
     for id in 0..landmarks {
-        filter.predict(id as f64, &step(landmarks)).expect("time goes on");
+        filter
+            .predict(id as f64, &along_circle(std::f32::consts::TAU / landmarks as f32))
+            .expect("time goes on");
         let (range, bearing) = (3.0 + (id % 7) as f32, (0.1 * id as f32) % 3.0 - 1.5);
         filter
             .birth(id as f64, id as u32, &Measurement::range_bearing(range, bearing, 0.1, 0.03))
@@ -62,9 +64,8 @@ fn filter(landmarks: usize, variant: Variant, covariance: Covariance) -> HostFil
     filter
 }
 
-/// One step of a circle of 10 m that takes `landmarks` of them.
-fn step(landmarks: usize) -> Increment<f32> {
-    let turn = std::f32::consts::TAU / landmarks as f32;
+/// A step that turns by so much along a circle of 10 m.
+fn along_circle(turn: f32) -> Increment<f32> {
     let noise = Matrix2::from_diagonal(&Vector2::new(1e-4, 1e-5));
     Increment::from_velocity(10.0 * turn, turn, 1.0, &noise, Integration::Arc)
 }
@@ -96,7 +97,7 @@ fn ours(landmarks: usize, seen: usize, variant: Variant, covariance: Covariance)
         }
     });
     let mut working = fresh;
-    let (step, mut now) = (step(landmarks), working.time());
+    let (step, mut now) = (along_circle(0.01), working.time());
     let predict = time(|| {
         now += 1.0;
         working.predict(now, black_box(&step)).expect("time goes on");

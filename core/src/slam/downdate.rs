@@ -80,9 +80,9 @@ fn add<T: Real, const N: usize, const TURN: bool, const TILES: bool, const COPY:
     band: &Range<usize>,
     vectors: [&[T]; N],
 ) {
-    let vectors: [&[T]; N] = from_fn(|k| &vectors[k][..p.size]);
     if TILES && p.size >= WIDTH {
         let size = p.size;
+        let vectors: [&[T]; N] = from_fn(|k| &vectors[k][..size]);
         let (below, length) = p.below_mut(band.start);
         tile::<T, N, TURN, true, COPY>((below, length), band, band.start, vectors);
         let mut column = band.end;
@@ -90,8 +90,10 @@ fn add<T: Real, const N: usize, const TURN: bool, const TILES: bool, const COPY:
             tile::<T, N, TURN, false, COPY>((below, length), band, column, vectors);
             column += WIDTH;
         }
+    } else if N == 2 {
+        rows_of_two::<T, TURN, COPY>(p, band, [vectors[0], vectors[1]]);
     } else {
-        rows::<T, N, TURN, COPY>(p, band, vectors);
+        rows_of_four::<T, TURN, COPY>(p, band, [vectors[0], vectors[1], vectors[2], vectors[3]]);
     }
 }
 
@@ -106,10 +108,10 @@ fn tile<T: Real, const N: usize, const TURN: bool, const DIAGONAL: bool, const C
     vectors: [&[T]; N],
 ) {
     let along: [[T; WIDTH]; N] = from_fn(|k| from_fn(|lane| vectors[k][column..][..WIDTH][lane]));
-    let mut at = column - band.start;
+    let mut below = &mut below[column - band.start..];
     for row in band.clone() {
         // Entries before factors: a factor that is read where it is used costs nothing.
-        let Some(entries) = below[at..].first_chunk_mut::<WIDTH>() else { return };
+        let Some(entries) = below.first_chunk_mut::<WIDTH>() else { return };
         let factors = from_fn(|k| vectors[partner::<N, TURN>(k)][row]);
         let left = (band.end - row) as u32;
         for lane in 0..WIDTH {
@@ -124,19 +126,31 @@ fn tile<T: Real, const N: usize, const TURN: bool, const DIAGONAL: bool, const C
             entries[lane] = changed::<T, TURN>(entries[lane], step);
         }
         // The same column in the next row, which begins a column later.
-        (at, length) = (at + length - 1, length - 1);
+        length -= 1;
+        below = &mut below[length..];
     }
 }
 
-/// Σ factor · number, of two or of four, the last two of which count against the first with `TURN`.
+/// Σ factor · number, of two or of four.
 #[inline(always)]
-pub(super) fn step<T: Real, const N: usize, const TURN: bool>(factors: [T; N], numbers: [T; N]) -> T {
-    let two = |k: usize| factors[k] * numbers[k] + factors[k + 1] * numbers[k + 1];
-    match (N, TURN) {
-        (2, _) => two(0),
-        (_, false) => two(0) + two(2),
-        (_, true) => two(2) - two(0),
+fn step<T: Real, const N: usize, const TURN: bool>(f: [T; N], v: [T; N]) -> T {
+    if N == 2 {
+        two([f[0], f[1]], [v[0], v[1]])
+    } else {
+        four::<T, TURN>([f[0], f[1], f[2], f[3]], [v[0], v[1], v[2], v[3]])
     }
+}
+
+#[inline(always)]
+pub(super) fn two<T: Real>([f, g]: [T; 2], [u, v]: [T; 2]) -> T {
+    f * u + g * v
+}
+
+/// With `TURN` the last two count against the first.
+#[inline(always)]
+fn four<T: Real, const TURN: bool>([f, g, h, k]: [T; 4], [u, v, s, t]: [T; 4]) -> T {
+    let (first, last) = (two([f, g], [u, v]), two([h, k], [s, t]));
+    if TURN { last - first } else { first + last }
 }
 
 /// A step is taken from an entry, and added to it with `TURN`.
@@ -150,60 +164,67 @@ const fn partner<const N: usize, const TURN: bool>(k: usize) -> usize {
     if TURN && k + 2 >= N { k ^ 1 } else { k }
 }
 
-/// The rows of a band, two by two.
-#[inline(always)]
-fn rows<T: Real, const N: usize, const TURN: bool, const COPY: usize>(
-    p: &mut Triangle<'_, T>,
-    band: &Range<usize>,
-    vectors: [&[T]; N],
-) {
-    let factors = |at: usize| -> [T; N] { from_fn(|k| vectors[partner::<N, TURN>(k)][at]) };
-    let mut at = band.start;
-    while at < band.end {
-        let [upper, lower] = p.two_rows_mut(at);
-        let next = at + 1;
-        let above = factors(at);
-        upper[0] = changed::<T, TURN>(upper[0], step::<T, N, TURN>(above, from_fn(|k| vectors[k][at])));
-        let after = from_fn(|k| &vectors[k][next..]);
-        if next < band.end {
-            two_rows::<T, N, TURN, COPY>(&mut upper[1..], lower, [above, factors(next)], after);
-        } else {
-            for (column, entry) in upper[1..].iter_mut().enumerate() {
-                *entry = changed::<T, TURN>(*entry, step::<T, N, TURN>(above, from_fn(|k| after[k][column])));
+/// The rows of a band two by two, of so many vectors; `turned` has the last two of them change places.
+///
+/// Written out for either number: what is optimised for size makes loops of what is written for any.
+macro_rules! rows_of {
+    ($rows:ident, $pair:ident, $count:literal, $step:expr, $($vector:ident)+, turned $($partner:ident)+) => {
+        #[inline(always)]
+        fn $rows<T: Real, const TURN: bool, const COPY: usize>(
+            p: &mut Triangle<'_, T>,
+            band: &Range<usize>,
+            [$($vector),+]: [&[T]; $count],
+        ) {
+            let size = p.size;
+            $(let $vector = &$vector[..size];)+
+            let factors = |at: usize| if TURN { [$($partner[at]),+] } else { [$($vector[at]),+] };
+            let mut at = band.start;
+            while at < band.end {
+                let [upper, lower] = p.two_rows_mut(at);
+                let (next, above) = (at + 1, factors(at));
+                upper[0] = changed::<T, TURN>(upper[0], $step(above, [$($vector[at]),+]));
+                // Bands begin at even rows: only the matrix's last row is ever alone, and ends on the diagonal.
+                if next < band.end {
+                    let factors = [above, factors(next)];
+                    $pair::<T, TURN, COPY>(&mut upper[1..], lower, factors, [$(&$vector[next..]),+]);
+                }
+                at += 2;
             }
         }
-        at += 2;
-    }
-}
 
-/// Two rows' steps: Σ factor · vector is taken from both, or added with `TURN`.
-///
-/// Only as a function's arguments are rows known not to overlap, which spares the loop to ask; the compiler must see it by
-/// itself before it becomes part of its caller, which is why it is not `#[inline(always)]`; and it becomes part of one that
-/// calls it once, which is what `TURN` and `COPY` are for. Where no wider vectors are chosen it stays apart, for its size.
-#[cfg_attr(target_arch = "x86_64", inline)]
-#[cfg_attr(not(target_arch = "x86_64"), inline(never))]
-pub(super) fn two_rows<T: Real, const N: usize, const TURN: bool, const COPY: usize>(
-    upper: &mut [T],
-    lower: &mut [T],
-    [above, below]: [[T; N]; 2],
-    vectors: [&[T]; N],
-) {
-    let count = lower.len();
-    let upper = &mut upper[..count];
-    let vectors: [&[T]; N] = from_fn(|k| &vectors[k][..count]);
-    in_powers(
-        count,
-        #[inline(always)]
-        |part| {
-            for column in part {
-                let numbers = from_fn(|k| vectors[k][column]);
-                upper[column] = changed::<T, TURN>(upper[column], step::<T, N, TURN>(above, numbers));
-                lower[column] = changed::<T, TURN>(lower[column], step::<T, N, TURN>(below, numbers));
-            }
-        },
-    );
+        /// Two rows' steps: Σ factor · vector is taken from both, or added with `TURN`.
+        ///
+        /// Only as a function's arguments are rows known not to overlap, which spares the loop to ask; the compiler must
+        /// see it by itself before it becomes part of its caller, which is why it is not `#[inline(always)]`; and it becomes
+        /// part of one that calls it once, which is what `TURN` and `COPY` are for. Where no wider vectors are chosen it stays
+        /// apart, for its size.
+        #[cfg_attr(target_arch = "x86_64", inline)]
+        #[cfg_attr(not(target_arch = "x86_64"), inline(never))]
+        pub(super) fn $pair<T: Real, const TURN: bool, const COPY: usize>(
+            upper: &mut [T],
+            lower: &mut [T],
+            [above, below]: [[T; $count]; 2],
+            [$($vector),+]: [&[T]; $count],
+        ) {
+            let count = lower.len();
+            let upper = &mut upper[..count];
+            $(let $vector = &$vector[..count];)+
+            in_powers(
+                count,
+                #[inline(always)]
+                |columns| {
+                    for at in columns {
+                        let numbers = [$($vector[at]),+];
+                        upper[at] = changed::<T, TURN>(upper[at], $step(above, numbers));
+                        lower[at] = changed::<T, TURN>(lower[at], $step(below, numbers));
+                    }
+                },
+            );
+        }
+    };
 }
+rows_of!(rows_of_two, two_rows_of_two, 2, two, u v, turned v u);
+rows_of!(rows_of_four, two_rows_of_four, 4, four::<T, TURN>, u v s t, turned u v t s);
 
 #[cfg(test)]
 pub(super) mod tests {

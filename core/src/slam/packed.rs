@@ -12,7 +12,7 @@
 //! pass. Every sum is elementwise, so vector instructions of any width do not change a bit, and a host takes the widest
 //! that its processor has ([`widest`]).
 #![allow(clippy::indexing_slicing, reason = "kernel: all vectors are sliced to the triangle's size first")]
-use super::downdate::{step, two_rows};
+use super::downdate::{two, two_rows_of_two};
 use super::model::Row;
 use super::triangle::{Triangle, TriangleRef};
 use crate::Real;
@@ -75,13 +75,13 @@ fn add_columns<T: Real, const COPY: usize>(
         // A pair of neighbouring columns c, c + 1 of H: above the diagonal they lie side by side.
         let (c, [above, below]) = (pair.column, pair.coefficients);
         for ((x, y), entries) in first[..c].iter_mut().zip(&mut second[..c]).zip(p.columns_above(c)) {
-            *x += step::<T, 2, true>(above, entries);
-            *y += step::<T, 2, true>(below, entries);
+            *x += two(above, entries);
+            *y += two(below, entries);
         }
         let (upper, lower) = (p.row(c), p.row(c + 1));
-        first[c] += step::<T, 2, true>(above, [upper[0], upper[1]]);
-        second[c] += step::<T, 2, true>(below, [upper[0], upper[1]]);
-        two_rows::<T, 2, true, COPY>(
+        first[c] += two(above, [upper[0], upper[1]]);
+        second[c] += two(below, [upper[0], upper[1]]);
+        two_rows_of_two::<T, true, COPY>(
             &mut first[c + 1..],
             &mut second[c + 1..],
             pair.coefficients,
