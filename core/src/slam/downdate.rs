@@ -116,7 +116,8 @@ fn tile<T: Real, const N: usize, const TURN: bool, const DIAGONAL: bool, const C
         let left = (band.end - row) as u32;
         for lane in 0..WIDTH {
             let step = step::<T, N, TURN>(factors, from_fn(|k| along[k][lane]));
-            // Adding −0 and taking away +0 leave every number as it is, zeros of either sign among them.
+            // Columns below the diagonal, and those beyond the first band's height, are other rows' or another tile's. Adding
+            // −0 and taking away +0 leave every number as it is, zeros of either sign among them.
             let nothing = if TURN { -T::zero() } else { T::zero() };
             let step = if DIAGONAL && (lane as u32).wrapping_sub((row - band.start) as u32) >= left {
                 nothing
