@@ -20,26 +20,18 @@ pub(crate) fn in_powers(count: usize, mut part: impl FnMut(Range<usize>)) {
     }
 }
 
-/// Runs `wide` with AVX2 where the feature `dispatch` is on and the processor has it, else `plain`: the same loop twice.
+/// Runs `wide` with AVX-512 or AVX2 where the feature `dispatch` is on and the processor has it, else `plain`: the same loop
+/// every time.
 ///
-/// The compiler widens a loop only within the function that has the wider vectors, so both are `#[inline(always)]` down to
+/// The compiler widens a loop only within the function that has the wider vectors, so all are `#[inline(always)]` down to
 /// the loop. Elementwise loops give the same bits at any width: the compiler fuses no product with a sum, although a
 /// processor that has AVX2 could.
 #[inline(always)]
-pub(crate) fn widest<A, R>(arguments: A, wide: impl FnOnce(A) -> R, plain: impl FnOnce(A) -> R) -> R {
-    #[cfg(all(any(feature = "dispatch", test), target_arch = "x86_64"))]
-    if let Some(avx2) = fearless_simd::Level::new().as_avx2() {
-        return fearless_simd::Simd::vectorize(
-            avx2,
-            #[inline(always)]
-            || wide(arguments),
-        );
-    }
-    let _ = wide;
-    plain(arguments)
+pub(crate) fn widest<A, R>(arguments: A, wide: impl FnOnce(A) -> R + Copy, plain: impl FnOnce(A) -> R) -> R {
+    widest_of_three(arguments, wide, wide, plain)
 }
 
-/// As [`widest`], with a third copy, `wider`, for AVX-512: for the loop that most of an update's time goes to.
+/// As [`widest`], with a copy of its own, `wider`, for AVX-512: where not all is inlined, two must not share what is not.
 #[inline(always)]
 pub(crate) fn widest_of_three<A, R>(
     arguments: A,
@@ -48,13 +40,23 @@ pub(crate) fn widest_of_three<A, R>(
     plain: impl FnOnce(A) -> R,
 ) -> R {
     #[cfg(all(any(feature = "dispatch", test), target_arch = "x86_64"))]
-    if let fearless_simd::Level::Avx512(avx512) = fearless_simd::Level::new() {
-        return fearless_simd::Simd::vectorize(
-            avx512,
-            #[inline(always)]
-            || wider(arguments),
-        );
+    {
+        let level = fearless_simd::Level::new();
+        if let fearless_simd::Level::Avx512(avx512) = level {
+            return fearless_simd::Simd::vectorize(
+                avx512,
+                #[inline(always)]
+                || wider(arguments),
+            );
+        }
+        if let Some(avx2) = level.as_avx2() {
+            return fearless_simd::Simd::vectorize(
+                avx2,
+                #[inline(always)]
+                || wide(arguments),
+            );
+        }
     }
-    let _ = wider;
-    widest(arguments, wide, plain)
+    let _ = (wider, wide);
+    plain(arguments)
 }

@@ -92,7 +92,7 @@ fn ours(landmarks: usize, seen: usize, variant: Variant, covariance: Covariance)
         working.update(black_box(&frame), &mut outcomes).expect("known landmarks");
         calls += 1;
         // So that P stays of a size that it has on a drive.
-        if calls % 256 == 0 {
+        if calls % 1024 == 0 {
             working.clone_from(&fresh);
         }
     });

@@ -16,7 +16,7 @@ use super::downdate::{two, two_rows_of_two};
 use super::model::Row;
 use super::triangle::{Triangle, TriangleRef};
 use crate::Real;
-use crate::vectors::widest;
+use crate::vectors::{widest, widest_of_three};
 use nalgebra::{Matrix2, Matrix3, Matrix3x4, Matrix4};
 
 /// P ← F P Fᵀ + Q, F = I + (shift) e_θᵀ: the prediction (12), of the robot's rows alone.
@@ -61,7 +61,15 @@ pub(super) fn predict_mount<T: Real>(p: &mut Triangle<'_, T>, mount: usize, by_m
 /// The two columns of P Hᵀ.
 #[inline(never)]
 pub(super) fn times<T: Real>(p: TriangleRef<'_, T>, rows: &[Row<T>], out: [&mut [T]; 2]) {
-    widest((p, rows, out), add_columns::<T, 3>, add_columns::<T, 4>);
+    widest_of_three(
+        (p, rows, out),
+        #[inline(always)]
+        |all| add_columns::<T, 3>(all),
+        #[inline(always)]
+        |all| add_columns::<T, 4>(all),
+        #[inline(always)]
+        |all| add_columns::<T, 5>(all),
+    );
 }
 
 #[inline(always)]
@@ -152,7 +160,7 @@ mod tests {
                 ([vec![1.0; size], vec![1.0; size]], [vec![1.0; size], vec![1.0; size]]);
             let p = TriangleRef::new(&start, capacity, size);
             times(p, &rows, one.each_mut().map(|vector| &mut **vector));
-            add_columns::<f32, 4>((p, &rows, other.each_mut().map(|vector| &mut **vector)));
+            add_columns::<f32, 5>((p, &rows, other.each_mut().map(|vector| &mut **vector)));
             assert_eq!(one.map(|v| bits(&v)), other.map(|v| bits(&v)), "P Hᵀ of size {size}");
         }
     }
