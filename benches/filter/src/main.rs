@@ -15,9 +15,9 @@
 //! compilations. "update / pass" says how much longer the update takes, and "reset / pass" what the reset adds to a frame
 //! of one landmark; the bits are the same at every width.
 //!
-//! Measured (Intel Xeon of 2023 with AVX-512, run-time dispatch): 2.0 and 1.6 × the pass for one landmark at N = 100 and 400,
-//! of which the reset 0.4 and 0.3; 1.5 and 1.3 × in a frame of four; 11 × at N = 20, where most of the time goes to the
-//! linearisation, the gate and the search for the landmark. 7, 43 and 96 times as fast as minikalman, the fastest peer.
+//! Measured (Intel Xeon of 2023 with AVX-512, run-time dispatch): 2.0 and 1.7 × the pass for one landmark at N = 100 and 400,
+//! of which the reset 0.2 and 0.3; 1.5 and 1.3 × in a frame of four; 11 × at N = 20, where most of the time goes to the
+//! linearisation, the gate and the search for the landmark. 8, 46 and 90 times as fast as minikalman, the fastest peer.
 //! With AVX2 alone one landmark takes 1.3 times as long at N = 100, with SSE2 twice as long.
 mod peers;
 
