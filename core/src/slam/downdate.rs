@@ -1,9 +1,9 @@
 //! P ← P − Σ w wᵀ + a bᵀ + b aᵀ: the one pass over the covariance in which a frame's corrections are made.
 //!
 //! Entries are taken in bands of rows, and all of a frame's vectors are added to a band before the next is begun: it stays in
-//! the processor's nearest memory. Where vectors are wide a band is cut into tiles of [`WIDTH`] columns: what is read of a
-//! vector serves the whole tile, and no loop has a remainder. Bands and tiles are counted from the last row and
-//! column, so that every tile is whole but those on the diagonal, and what is left over is the first band's height.
+//! the processor's nearest memory. Where vectors are wide a band is cut into tiles of [`BAND`] columns, or of twice as many:
+//! what is read of a vector serves the whole tile, and no loop has a remainder. Bands and tiles are counted from the last row
+//! and column, so that every tile is whole but those on the diagonal, and what is left over is the first band's height.
 //!
 //! ```text
 //!   0 ┌────┬────┬────┬────┐
@@ -27,8 +27,8 @@ use crate::vectors::{in_powers, widest_of_three};
 use core::array::from_fn;
 use core::ops::Range;
 
-/// Rows of a band, and columns of a tile: one AVX-512 vector of `f32`, and two of AVX2.
-const WIDTH: usize = 16;
+/// Rows of a band, and columns of its tile on the diagonal: one AVX-512 vector of `f32`, and two of AVX2.
+const BAND: usize = 16;
 
 /// P ← P − Σ w wᵀ (+ a bᵀ + b aᵀ).
 #[inline(never)]
@@ -36,64 +36,72 @@ pub(super) fn downdate<T: Real>(p: &mut Triangle<'_, T>, pairs: &[[&[T]; 2]], re
     widest_of_three(
         (p, pairs, reset),
         #[inline(always)]
-        |all| pass::<T, true, 0>(all),
+        |all| pass::<T, { 2 * BAND }>(all),
         #[inline(always)]
-        |all| pass::<T, true, 1>(all),
+        |all| pass::<T, BAND>(all),
         #[inline(always)]
-        |all| pass::<T, false, 2>(all),
+        |all| pass::<T, 0>(all),
     );
 }
 
 type Downdate<'a, 'p, T> = (&'a mut Triangle<'p, T>, &'a [[&'a [T]; 2]], Option<[&'a [T]; 2]>);
 
-/// The pass, in tiles or by rows. What it calls has to be its own, not shared by the copies for several processors: that is
-/// what `COPY` is for.
+/// The pass, in tiles of at most `WIDTH` columns, or by rows where that is 0: one for each kind of processor. What is not
+/// inlined in it has to be its own, not shared with the others, and therefore has `WIDTH` among its parameters too.
 #[inline(always)]
-fn pass<T: Real, const TILES: bool, const COPY: usize>((p, pairs, reset): Downdate<'_, '_, T>) {
-    let tiles = TILES && p.size >= WIDTH;
-    let mut band = 0..if tiles { p.size % WIDTH } else { 0 };
+fn pass<T: Real, const WIDTH: usize>((p, pairs, reset): Downdate<'_, '_, T>) {
+    let mut band = 0..if in_tiles(WIDTH, p) { p.size % BAND } else { 0 };
     while band.start < p.size {
         let mut rest = pairs;
         if let Some([a, b]) = reset {
             if let [[u, v], tail @ ..] = rest {
-                add::<T, 4, true, TILES, COPY>(p, &band, [u, v, a, b]);
+                add::<T, 4, true, WIDTH>(p, &band, [u, v, a, b]);
                 rest = tail;
             } else {
-                add::<T, 2, true, TILES, COPY>(p, &band, [a, b]);
+                add::<T, 2, true, WIDTH>(p, &band, [a, b]);
             }
         }
         while let [[u, v], [s, t], tail @ ..] = rest {
-            add::<T, 4, false, TILES, COPY>(p, &band, [u, v, s, t]);
+            add::<T, 4, false, WIDTH>(p, &band, [u, v, s, t]);
             rest = tail;
         }
         if let [[u, v]] = rest {
-            add::<T, 2, false, TILES, COPY>(p, &band, [u, v]);
+            add::<T, 2, false, WIDTH>(p, &band, [u, v]);
         }
-        band = band.end..p.size.min(band.end + WIDTH);
+        band = band.end..p.size.min(band.end + BAND);
     }
+}
+
+/// Whether a triangle is taken in tiles of at most `width` columns.
+fn in_tiles<T>(width: usize, p: &Triangle<'_, T>) -> bool {
+    width > 0 && p.size >= BAND
 }
 
 /// P ← P − Σ v vᵀ in the rows of a band; with `TURN` the last two vectors, s and t, come as + s tᵀ + t sᵀ.
 #[inline(always)]
-fn add<T: Real, const N: usize, const TURN: bool, const TILES: bool, const COPY: usize>(
+fn add<T: Real, const N: usize, const TURN: bool, const WIDTH: usize>(
     p: &mut Triangle<'_, T>,
     band: &Range<usize>,
     vectors: [&[T]; N],
 ) {
-    if TILES && p.size >= WIDTH {
+    if in_tiles(WIDTH, p) {
         let size = p.size;
         let vectors: [&[T]; N] = from_fn(|k| &vectors[k][..size]);
         let (below, length) = p.below_mut(band.start);
-        tile::<T, N, TURN, true, COPY>((below, length), band, band.start, vectors);
+        tile::<T, N, TURN, true, BAND>((below, length), band, band.start, vectors);
         let mut column = band.end;
-        while column < size {
-            tile::<T, N, TURN, false, COPY>((below, length), band, column, vectors);
+        while WIDTH > BAND && column + WIDTH <= size {
+            tile::<T, N, TURN, false, WIDTH>((below, length), band, column, vectors);
             column += WIDTH;
         }
+        while column < size {
+            tile::<T, N, TURN, false, BAND>((below, length), band, column, vectors);
+            column += BAND;
+        }
     } else if N == 2 {
-        rows_of_two::<T, TURN, COPY>(p, band, [vectors[0], vectors[1]]);
+        rows_of_two::<T, TURN, WIDTH>(p, band, [vectors[0], vectors[1]]);
     } else {
-        rows_of_four::<T, TURN, COPY>(p, band, [vectors[0], vectors[1], vectors[2], vectors[3]]);
+        rows_of_four::<T, TURN, WIDTH>(p, band, [vectors[0], vectors[1], vectors[2], vectors[3]]);
     }
 }
 
@@ -101,7 +109,7 @@ fn add<T: Real, const N: usize, const TURN: bool, const TILES: bool, const COPY:
 ///
 /// The band comes as all that is kept from its first row on, and that row's length.
 #[inline(always)]
-fn tile<T: Real, const N: usize, const TURN: bool, const DIAGONAL: bool, const COPY: usize>(
+fn tile<T: Real, const N: usize, const TURN: bool, const DIAGONAL: bool, const WIDTH: usize>(
     (below, mut length): (&mut [T], usize),
     band: &Range<usize>,
     column: usize,
@@ -289,15 +297,12 @@ pub(super) mod tests {
                 let expected = after(&|p| entry_by_entry(p, &pairs, reset));
                 let what = std::format!("size {size}, {waiting} waiting, reset {turning}");
                 assert!(expected == after(&|p| downdate(p, &pairs, reset)), "widest vectors, {what}");
-                assert!(
-                    expected == after(&|p| pass::<f32, false, 2>((p, &pairs, reset))),
-                    "narrowest, {what}"
-                );
+                assert!(expected == after(&|p| pass::<f32, 0>((p, &pairs, reset))), "narrowest, {what}");
                 // Where a processor has AVX-512 this is the only one that runs with AVX2.
                 let wide = |p: &mut Triangle<'_, f32>| {
                     with_avx2(
                         #[inline(always)]
-                        || pass::<f32, true, 1>((p, &pairs, reset)),
+                        || pass::<f32, BAND>((p, &pairs, reset)),
                     )
                 };
                 assert!(expected == after(&wide), "between, {what}");
