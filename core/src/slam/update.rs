@@ -314,7 +314,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             return;
         }
         let (variant, form, count) = (self.config.variant, self.config.covariance, self.count);
-        let size = self.size;
+        let (size, start) = (self.size, self.start());
         // Positions: the robot's at 0, and each landmark's (or its anchor's).
         let (parts, landmarks) = self.parts_and_landmarks();
         let Parts { x, rounding, first, work, mut p } = parts;
@@ -329,16 +329,21 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                 let moved = (rotation, &mut vectors.delta[at.clone()], &mut vectors.lever[at]);
                 widest(moved, turn_steps, turn_steps);
             };
-            // Most positions lie side by side.
-            let mut run = 0..2;
-            for landmark in landmarks.iter().take(count) {
-                if landmark.offset != run.end {
-                    turn_run(run);
-                    run = landmark.offset..landmark.offset;
+            if size == start + 2 * count {
+                // Points only: they fill the state.
+                turn_run(0..2);
+                turn_run(start..size);
+            } else {
+                let mut run = 0..2;
+                for landmark in landmarks.iter().take(count) {
+                    if landmark.offset != run.end {
+                        turn_run(run);
+                        run = landmark.offset..landmark.offset;
+                    }
+                    run.end += 2;
                 }
-                run.end += 2;
+                turn_run(run);
             }
-            turn_run(run);
         }
         match (form, invariant) {
             (Covariance::Packed, false) => downdate(&mut p, &vectors.shared(pending.waiting), None),
@@ -425,9 +430,10 @@ fn turn_steps<T: Real>((rotation, delta, lever): (Matrix2<T>, &mut [T], &mut [T]
 /// (u, v) ← (u, v) L⁻ᵀ, δ ← δ + u w₁ + v w₂.
 #[inline(always)]
 fn whiten<T: Real>((root, [first, second], innovation, delta): Whitening<'_, T>) {
+    let inverse = [T::one() / root[0], T::one() / root[2]];
     for ((u, v), delta) in first.iter_mut().zip(second).zip(delta) {
-        *u /= root[0];
-        *v = (*v - root[1] * *u) / root[2];
+        *u *= inverse[0];
+        *v = (*v - root[1] * *u) * inverse[1];
         *delta += innovation.x * *u + innovation.y * *v;
     }
 }
