@@ -15,10 +15,11 @@
 //! compilations. "update / pass" says how much longer the update takes, and "reset / pass" what the reset adds to a frame
 //! of one landmark; the bits are the same at every width.
 //!
-//! Measured (Intel Xeon of 2023 with AVX-512, run-time dispatch): 2.0 and 1.7 × the pass for one landmark at N = 100 and 400,
-//! of which the reset 0.2 and 0.3; 1.5 and 1.3 × in a frame of four; 11 × at N = 20, where most of the time goes to the
-//! linearisation, the gate and the search for the landmark. 8, 46 and 90 times as fast as minikalman, the fastest peer.
-//! With AVX2 alone one landmark takes 1.3 times as long at N = 100, with SSE2 twice as long.
+//! Measured (Intel Xeon of 2023 with AVX-512, run-time dispatch): 1.7 and 1.4 × the pass for one landmark at N = 100 and 400,
+//! of which the reset 0.3 and 0.2; 1.3 and 1.0 × in a frame of four. At N = 20 the pass takes 20 ns, the update 30 times that:
+//! linearisation, gate and the search for the landmark. 8, 53 and 110 times as fast as minikalman, the fastest peer, whose
+//! figures change by a fifth at N = 100 and to the half at N = 20 with what the compiler makes of its loops next to which code.
+//! With AVX2 alone one landmark takes 1.5 times as long at N = 100, with SSE2 twice as long.
 mod peers;
 
 use monorange_core::geometry::Pose;
@@ -30,17 +31,23 @@ use nalgebra::{Matrix2, Matrix3, Vector2};
 use std::hint::black_box;
 use std::time::Instant;
 
-/// Microseconds of one call: the least of five rounds of at least 60 ms.
+/// Microseconds of one call: the least of the batches of 0.3 s, three at the least. The clock is read once a batch, which
+/// takes 10 ms: reading it takes as long as a small prediction.
 pub(crate) fn time(mut call: impl FnMut()) -> f64 {
-    let round = || {
-        let (start, mut calls) = (Instant::now(), 0_u32);
-        while start.elapsed().as_secs_f64() < 0.06 {
+    let (mut calls, mut least, mut total, mut batches) = (1, f64::INFINITY, 0.0, 0);
+    while total < 0.3 || batches < 3 {
+        let start = Instant::now();
+        for _ in 0..calls {
             call();
-            calls += 1;
         }
-        start.elapsed().as_secs_f64() / f64::from(calls)
-    };
-    std::iter::repeat_with(round).take(5).fold(f64::INFINITY, f64::min) * 1e6
+        let seconds = start.elapsed().as_secs_f64();
+        if seconds < 0.01 {
+            calls *= 2;
+        } else {
+            (least, total, batches) = (least.min(seconds), total + seconds, batches + 1);
+        }
+    }
+    least / f64::from(calls) * 1e6
 }
 
 type HostFilter = Filter<f32, Vec<f32>, Vec<Landmark<f32>>>;
