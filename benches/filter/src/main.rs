@@ -16,10 +16,10 @@
 //! of one landmark; the bits are the same at every width.
 //!
 //! Measured (Intel Xeon of 2023 with AVX-512, run-time dispatch): 1.7 and 1.4 × the pass for one landmark at N = 100 and 400,
-//! of which the reset 0.3 and 0.2; 1.3 and 1.0 × in a frame of four. At N = 20 the pass takes 20 ns, the update 30 times that:
-//! linearisation, gate and the search for the landmark. 8, 53 and 110 times as fast as minikalman, the fastest peer, whose
-//! figures change by a fifth at N = 100 and to the half at N = 20 with what the compiler makes of its loops next to which code.
-//! With AVX2 alone one landmark takes 1.5 times as long at N = 100, with SSE2 twice as long.
+//! of which the reset 0.3 and 0.2; 1.3 and 1.0 × in a frame of four. At N = 20 the pass takes 40 ns, the update 15 to 18 times
+//! that: linearisation, gate and the search for the landmark. 8, 53 and 110 times as fast as minikalman, the fastest peer, whose
+//! figures change by a fifth at N = 100 and to the half at N = 20 with the code that its loops are compiled next to.
+//! With AVX2 alone one landmark takes 1.5 times as long at N = 100, with SSE2 2.3 times.
 mod peers;
 
 use monorange_core::geometry::Pose;
@@ -34,7 +34,7 @@ use std::time::Instant;
 /// Microseconds of one call: the least of the batches of 0.3 s, three at the least. The clock is read once a batch, which
 /// takes 10 ms: reading it takes as long as a small prediction.
 pub(crate) fn time(mut call: impl FnMut()) -> f64 {
-    let (mut calls, mut least, mut total, mut batches) = (1, f64::INFINITY, 0.0, 0);
+    let (mut calls, mut least, mut total, mut batches) = (1_u32, f64::INFINITY, 0.0, 0);
     while total < 0.3 || batches < 3 {
         let start = Instant::now();
         for _ in 0..calls {
@@ -44,10 +44,10 @@ pub(crate) fn time(mut call: impl FnMut()) -> f64 {
         if seconds < 0.01 {
             calls *= 2;
         } else {
-            (least, total, batches) = (least.min(seconds), total + seconds, batches + 1);
+            (least, total, batches) = (least.min(seconds / f64::from(calls)), total + seconds, batches + 1);
         }
     }
-    least / f64::from(calls) * 1e6
+    least * 1e6
 }
 
 type HostFilter = Filter<f32, Vec<f32>, Vec<Landmark<f32>>>;
