@@ -44,17 +44,17 @@ fn paper(defaults: Config) -> Config {
 }
 
 /// A method on its way through a drive.
-struct Runner {
-    pipeline: Pipeline<OnHeap>,
+pub(super) struct Runner {
+    pub(super) pipeline: Pipeline<OnHeap>,
     motion: MotionNoise,
     /// The homographies that carry corners, where the method has any.
     visual: Option<VisualMotion>,
     pixels: PixelAssociation,
-    pairs: Vec<Pair>,
+    pub(super) pairs: Vec<Pair>,
 }
 
 impl Runner {
-    fn new(method: &Method, defaults: Config, frames: usize) -> Result<Self> {
+    pub(super) fn new(method: &Method, defaults: Config, frames: usize) -> Result<Self> {
         let config = (method.config)(defaults);
         let camera = config.finder.camera();
         let memory = Memory::on_heap(camera.width(), camera.height(), 512);
@@ -71,7 +71,7 @@ impl Runner {
     }
 
     /// Takes the wheels' reading since the picture before, and the picture.
-    fn step(
+    pub(super) fn step(
         &mut self,
         time: f64,
         wheels: Option<Odometry>,
@@ -102,6 +102,23 @@ impl Runner {
         }
         self.pipeline.finish_with(time, &mut self.pixels)
     }
+
+    /// Keeps the pose for the errors.
+    pub(super) fn note(&mut self, time: f64, truth: Pose<f64>) {
+        let filter = self.pipeline.filter();
+        let Pose { x, y, heading } = filter.pose();
+        let pose = Pose { x: x.into(), y: y.into(), heading: heading.into() };
+        let estimate = Stamped { time, pose, covariance: Some(filter.pose_covariance().cast()) };
+        self.pairs.push(Pair { estimate, truth });
+    }
+}
+
+/// What the wheels say of the way from the frame before.
+pub(super) fn wheels_before(simulation: &Simulation, frame: usize) -> Option<Odometry> {
+    let before = frame.checked_sub(1)?;
+    let (twist, seconds) = (simulation.odometry(before), simulation.time(frame) - simulation.time(before));
+    let (v, omega) = (twist.speed as f32, twist.turn as f32);
+    Some(Odometry::Velocity { v, omega, seconds: seconds as f32 })
 }
 
 /// Pictures of a drive once round.
@@ -208,18 +225,11 @@ pub fn drive(seed: u64, frames: usize) -> Result<Drive> {
         let truth = map_from_world.compose(&simulation.true_pose(frame));
         simulation.render(frame, &mut pixels).map_err(Error::new)?;
         let picture = Grey::new(&pixels, width, height).map_err(Error::new)?;
-        let wheels = frame.checked_sub(1).map(|before| {
-            let (twist, seconds) = (simulation.odometry(before), time - simulation.time(before));
-            let (v, omega) = (twist.speed as f32, twist.turn as f32);
-            Odometry::Velocity { v, omega, seconds: seconds as f32 }
-        });
+        let wheels = wheels_before(&simulation, frame);
         let features = detector.detect(picture).map_err(Error::new)?;
         for runner in &mut runners {
-            let report = runner.step(time, wheels, picture, &features).map_err(Error::new)?;
-            let Pose { x, y, heading } = report.pose;
-            let pose = Pose { x: x.into(), y: y.into(), heading: heading.into() };
-            let estimate = Stamped { time, pose, covariance: Some(report.pose_covariance.cast()) };
-            runner.pairs.push(Pair { estimate, truth });
+            runner.step(time, wheels, picture, &features).map_err(Error::new)?;
+            runner.note(time, truth);
         }
         if seed == 1 {
             laser.extend(simulation.laser(frame).into_iter().filter_map(|beam| {

@@ -4,14 +4,15 @@
 //! range and bearing; in the middle it is silent. The laser's corners are the beams that hit a true corner to within
 //! 10 cm (a scan's own corner finder is not this project's), with a beam's coarse bearing and noisy range; whose they
 //! are is for the filter to find out, as with the camera's.
+use super::corridor::{METHODS, Runner, wheels_before};
 use super::{Figures, Section, corridor};
 use crate::evaluation::{Align, Pair, trajectory_errors};
-use crate::files::Stamped;
 use crate::report::chart::Chart;
 use crate::{Error, Result};
-use monorange_core::geometry::{Pose, range_bearing_from_floor};
+use monorange_core::features::Detector;
+use monorange_core::geometry::range_bearing_from_floor;
 use monorange_core::image::Grey;
-use monorange_core::pipeline::{Memory, Odometry, OnHeap, Pipeline};
+use monorange_core::pipeline::VisualConfig;
 use monorange_core::slam::{Feature, Measurement, Outcome};
 use monorange_sim::Simulation;
 
@@ -82,8 +83,9 @@ pub fn section() -> Result<Section> {
         name: "failover",
         title: "A laser fails, the camera takes over, and the laser comes back",
         words: vec![format!(
-            "From {:.0} s to {:.0} s of one drive the laser is silent. The filter takes range and bearing from either sensor into one map; \
-             nothing is switched but the source.",
+            "From {:.0} s to {:.0} s of one drive the laser is silent. One filter takes the laser’s ranges and bearings and the camera’s corners \
+             into one map; while there are pictures the floor’s homography measures the motion beside the wheels, as in Figure 6. Nothing \
+             is switched but the source.",
             simulation.time(SILENT.start),
             simulation.time(SILENT.end)
         )],
@@ -116,37 +118,30 @@ fn chart(simulation: &Simulation, drives: &[(Vec<Pair>, usize)]) -> String {
 fn drive(simulation: &Simulation, sensors: &Sensors) -> Result<(Vec<Pair>, usize)> {
     let camera = simulation.rig().camera();
     let (width, height) = (camera.width(), camera.height());
-    let memory = Memory::on_heap(width, height, 512);
-    let mut pipeline =
-        Pipeline::<OnHeap>::new(corridor::defaults(simulation)?, memory).map_err(Error::new)?;
+    let [ours, ..] = &METHODS;
+    let mut runner = Runner::new(ours, corridor::defaults(simulation)?, simulation.len())?;
+    let mut detector = Detector::new(VisualConfig::default().features).map_err(Error::new)?;
     let map_from_world = simulation.true_pose(0).inverse();
     let mut pixels = vec![0; width * height];
-    let mut pairs = Vec::with_capacity(simulation.len());
     for frame in 0..simulation.len() {
         let time = simulation.time(frame);
-        if let Some(before) = frame.checked_sub(1) {
-            let (twist, seconds) = (simulation.odometry(before), time - simulation.time(before));
-            let (v, omega) = (twist.speed as f32, twist.turn as f32);
-            let reading = Odometry::Velocity { v, omega, seconds: seconds as f32 };
-            pipeline.odometry(time, &reading).map_err(Error::new)?;
+        let wheels = wheels_before(simulation, frame);
+        if (sensors.camera)(frame) {
+            simulation.render(frame, &mut pixels).map_err(Error::new)?;
+            let picture = Grey::new(&pixels, width, height).map_err(Error::new)?;
+            let features = detector.detect(picture).map_err(Error::new)?;
+            runner.step(time, wheels, picture, &features).map_err(Error::new)?;
+        } else if let Some(wheels) = wheels {
+            runner.pipeline.odometry(time, &wheels).map_err(Error::new)?;
         }
         if (sensors.laser)(frame) {
             let features = laser_corners(simulation, frame);
             let mut outcomes = vec![Outcome::default(); features.len()];
-            pipeline.measure(time, &features, &mut outcomes).map_err(Error::new)?;
+            runner.pipeline.measure(time, &features, &mut outcomes).map_err(Error::new)?;
         }
-        if (sensors.camera)(frame) {
-            simulation.render(frame, &mut pixels).map_err(Error::new)?;
-            let picture = Grey::new(&pixels, width, height).map_err(Error::new)?;
-            pipeline.step(time, picture).map_err(Error::new)?;
-        }
-        let filter = pipeline.filter();
-        let Pose { x, y, heading } = filter.pose();
-        let pose = Pose { x: x.into(), y: y.into(), heading: heading.into() };
-        let estimate = Stamped { time, pose, covariance: Some(filter.pose_covariance().cast()) };
-        pairs.push(Pair { estimate, truth: map_from_world.compose(&simulation.true_pose(frame)) });
+        runner.note(time, map_from_world.compose(&simulation.true_pose(frame)));
     }
-    Ok((pairs, pipeline.filter().landmarks().len()))
+    Ok((runner.pairs, runner.pipeline.filter().landmarks().len()))
 }
 
 /// The beams that end at a true corner.
