@@ -19,8 +19,9 @@ use monorange_sim::Simulation;
 const FRAMES: usize = 560;
 /// Frames without the laser.
 const SILENT: std::ops::Range<usize> = 187..373;
-/// Of a beam that hits a corner: its range (m), and half a degree between beams (rad).
-const LASER_STD: [f32; 2] = [0.03, 0.005];
+/// Of a beam that hits a corner: its range (m) and bearing (rad). Measured against the truth they are 0.027 and 0.005, but half a
+/// second apart a scan sees nearly the same, errors among it: believed to that, NEES/3 is 1.5 to 3.
+const LASER_STD: [f32; 2] = [0.05, 0.008];
 const SEED: u64 = 1;
 
 /// Which sensors there are in a frame.
