@@ -23,12 +23,13 @@ use std::{
 
 /// Trajectory and map of a robot from its camera's pictures.
 ///
-/// Frames are taken in the natural order of their names. Without odometry the motion comes from the pictures: turns
-/// from all that stands still, lengths from the floor. Writes `trajectory.tum`, `trajectory.csv`, `map.csv`,
-/// `map.ply`, `observations.csv`, `report.json` and `report.html`. The world is the robot's first pose; truth, laser
-/// and true landmarks are moved there by the first true pose, which is all that is used of the truth but for the
-/// report. `times.txt`, `laser.csv` and (with --truth) `landmarks.csv` beside the folder of frames are found by
-/// their names.
+/// Frames are taken in the natural order of their names. Without odometry the motion comes from the pictures:
+/// turns from all that stands still, lengths from the floor; with odometry the floor's is added where the rig says
+/// `carrier = "floor"` under `[association]`. Writes `trajectory.tum`, `trajectory.csv`, `map.csv`, `map.ply`,
+/// `observations.csv`, `report.json` and `report.html`. The world is the robot's first pose; truth, laser and true
+/// landmarks are moved there by the first true pose, which is all that is used of the truth but for the report.
+/// `times.txt`, `laser.csv` and (with --truth) `landmarks.csv` beside the folder of frames are found by their
+/// names.
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Example:
