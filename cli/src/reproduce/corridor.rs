@@ -2,124 +2,20 @@
 //!
 //! The paper's drive is simulated: 66 m round at 0.2 m/s, Table 1's camera at 320×240, five people who cross and
 //! stop. Every method gets the same pictures, corners and odometry.
+use super::method::{METHODS, Runner, wheels_before};
 use super::{Figures, Section};
 use crate::evaluation::{Align, Pair, TrajectoryErrors, trajectory_errors};
-use crate::files::{MapPoint, Rig, Stamped, confirmed_map};
+use crate::files::{MapPoint, Rig, confirmed_map};
 use crate::report::{chart::Chart, floor_plan};
 use crate::{Error, Result};
-use monorange_core::features::{Detector, Features};
-use monorange_core::geometry::{Pose, wrap_angle};
+use monorange_core::features::Detector;
+use monorange_core::geometry::wrap_angle;
 use monorange_core::image::Grey;
-use monorange_core::pipeline::{
-    Carrier, Config, Memory, MotionNoise, Odometry, OnHeap, Pipeline, PixelAssociation, Report, VisualConfig,
-    VisualMotion,
-};
+use monorange_core::pipeline::{Config, MotionNoise, OnHeap, Pipeline, VisualConfig};
 use monorange_sim::{MOUNT_STD, PIXEL_STD, Scene, SceneConfig, SimConfig, Simulation, default_rig};
 use nalgebra::Vector2;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
-
-/// A way to run the pipeline.
-#[derive(Clone, Copy)]
-pub struct Method {
-    /// Its name in tables.
-    pub name: &'static str,
-    /// Its settings, from the defaults for the drive.
-    pub config: fn(Config) -> Config,
-}
-
-/// Ours first.
-pub const METHODS: [Method; 3] = [
-    Method { name: "ours", config: |defaults| Config { carrier: Carrier::Floor, ..defaults } },
-    Method { name: "as in the paper", config: paper },
-    Method {
-        name: "paper, no homography",
-        config: |defaults| Config { carrier: Carrier::Map, ..paper(defaults) },
-    },
-];
-
-fn paper(defaults: Config) -> Config {
-    let Config { motion, finder, .. } = defaults;
-    Config { motion, ..Config::as_in_the_paper(finder) }
-}
-
-/// A method on its way through a drive.
-pub(super) struct Runner {
-    pub(super) pipeline: Pipeline<OnHeap>,
-    motion: MotionNoise,
-    /// The homographies that carry corners, where the method has any.
-    visual: Option<VisualMotion>,
-    pixels: PixelAssociation,
-    pub(super) pairs: Vec<Pair>,
-}
-
-impl Runner {
-    pub(super) fn new(method: &Method, defaults: Config, frames: usize) -> Result<Self> {
-        let config = (method.config)(defaults);
-        let camera = config.finder.camera();
-        let memory = Memory::on_heap(camera.width(), camera.height(), 512);
-        let free = config.carrier == Carrier::Free;
-        let visual = VisualConfig { free, ..VisualConfig::default() };
-        let visual = (config.carrier != Carrier::Map).then(|| VisualMotion::new(visual)).transpose();
-        Ok(Self {
-            visual: visual.map_err(Error::new)?,
-            pixels: PixelAssociation::new(config.carrier),
-            motion: config.motion,
-            pipeline: Pipeline::new(config, memory).map_err(Error::new)?,
-            pairs: Vec::with_capacity(frames),
-        })
-    }
-
-    /// Takes the wheels' reading since the picture before, and the picture.
-    pub(super) fn step(
-        &mut self,
-        time: f64,
-        wheels: Option<Odometry>,
-        picture: Grey<'_>,
-        features: &Features,
-    ) -> monorange_core::Result<Report> {
-        let wheels = wheels.map(|reading| self.motion.increment(&reading));
-        let mut seen = None;
-        if let Some(visual) = &mut self.visual {
-            seen = visual.follow(&self.pipeline.finder(), time, wheels.as_ref(), features.clone())?;
-            match &seen {
-                None => self.pixels.look(None, None, true),
-                Some(step) => {
-                    self.pixels.look(step.motion.as_ref().ok(), step.free.as_ref(), step.new_keyframe);
-                }
-            }
-        }
-        // The floor's homography is the robot's motion; the free one is not.
-        let seen = seen.filter(|_| self.pipeline.config().carrier == Carrier::Floor);
-        match (seen, wheels) {
-            (Some(step), _) => self.pipeline.motion_seen(time, &step)?,
-            (None, Some(wheels)) => self.pipeline.motion(time, &wheels)?,
-            (None, None) => {}
-        }
-        self.pipeline.begin();
-        for row in picture.rows() {
-            self.pipeline.push_row(row)?;
-        }
-        self.pipeline.finish_with(time, &mut self.pixels)
-    }
-
-    /// Keeps the pose for the errors.
-    pub(super) fn note(&mut self, time: f64, truth: Pose<f64>) {
-        let filter = self.pipeline.filter();
-        let Pose { x, y, heading } = filter.pose();
-        let pose = Pose { x: x.into(), y: y.into(), heading: heading.into() };
-        let estimate = Stamped { time, pose, covariance: Some(filter.pose_covariance().cast()) };
-        self.pairs.push(Pair { estimate, truth });
-    }
-}
-
-/// What the wheels say of the way from the frame before.
-pub(super) fn wheels_before(simulation: &Simulation, frame: usize) -> Option<Odometry> {
-    let before = frame.checked_sub(1)?;
-    let (twist, seconds) = (simulation.odometry(before), simulation.time(frame) - simulation.time(before));
-    let (v, omega) = (twist.speed as f32, twist.turn as f32);
-    Some(Odometry::Velocity { v, omega, seconds: seconds as f32 })
-}
 
 /// Pictures of a drive once round.
 const FRAMES: usize = 560;
@@ -145,7 +41,7 @@ pub struct Outcome {
 pub struct Drive {
     /// Seed of scene, people and noise.
     pub seed: u64,
-    /// In the order of [`METHODS`].
+    /// In the order of the methods: ours, as in the paper, the paper without its homography.
     pub outcomes: Vec<Outcome>,
     /// True corners in the map's frame.
     pub true_map: Vec<Vector2<f64>>,

@@ -4,7 +4,7 @@
 //! range and bearing; in the middle it is silent. The laser's corners are the beams that hit a true corner to within
 //! 10 cm (a scan's own corner finder is not this project's), with a beam's coarse bearing and noisy range; whose they
 //! are is for the filter to find out, as with the camera's.
-use super::corridor::{METHODS, Runner, wheels_before};
+use super::method::{METHODS, Runner, wheels_before};
 use super::{Figures, Section, corridor};
 use crate::evaluation::{Align, Pair, trajectory_errors};
 use crate::report::chart::Chart;

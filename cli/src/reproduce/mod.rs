@@ -13,6 +13,7 @@ pub mod archetype;
 pub mod bearing_only;
 pub mod corridor;
 pub mod failover;
+mod method;
 mod page;
 pub mod table2;
 
