@@ -1,11 +1,5 @@
 //! The mount from points, from a drive, or from vertical edges, with its figures for a person and for a program.
-use crate::{
-    Error, Result,
-    commands::sequence::Sequence,
-    extraction::extractor,
-    files::{MOUNT_KEYS, Rig, read_text, with_mount},
-    pictures::{self, Picture},
-};
+use crate::sequence::Sequence;
 use monorange_core::{
     geometry::{
         RangeFinder,
@@ -17,6 +11,12 @@ use monorange_core::{
     lines::Corner,
     pipeline::{Config, Memory, MountError, Odometry, OnHeap, Pipeline},
     slam::Decision,
+};
+use monorange_formats::{
+    Error, Result,
+    extraction::extractor,
+    files::{MOUNT_KEYS, Rig, read_text, with_mount},
+    pictures::{self, Picture},
 };
 use nalgebra::{Matrix2, Matrix3, Vector2};
 use serde::Serialize;

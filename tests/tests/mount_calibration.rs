@@ -1,7 +1,6 @@
 //! A mount that is off by 1.2° of yaw, −0.3° of tilt, 0.8° of roll and 1 % of height is recovered, and its covariance
 //! is right: from points, from a drive, and from vertical edges.
 use monorange::calibration::{Seen, fit_seen};
-use monorange::files::Rig;
 use monorange::reproduce::corridor::defaults;
 use monorange_core::geometry::mount_fit::{
     Fitted, KnownPoint, MountFit, PointNoise, fit_points, fit_verticals,
@@ -10,6 +9,7 @@ use monorange_core::geometry::{RangeFinder, range_bearing_from_floor};
 use monorange_core::image::Grey;
 use monorange_core::lines::Corner;
 use monorange_core::pipeline::{Config, Odometry};
+use monorange_formats::files::Rig;
 use monorange_sim::{
     MOUNT_STD, PIXEL_STD, Random, Scene, SceneConfig, SimConfig, Simulation, Stream, default_rig,
     hand_mounted,
@@ -153,7 +153,7 @@ fn a_drive_with_odometry_gives_the_mount_and_its_covariance() {
 fn vertical_edges_of_pictures_give_tilt_and_roll_and_their_covariance() {
     let (nominal, truth) = rigs();
     let rig = Rig::new(nominal, PIXEL_STD, MOUNT_STD).unwrap();
-    let mut extractor = monorange::extraction::extractor(&rig).unwrap();
+    let mut extractor = monorange_formats::extraction::extractor(&rig).unwrap();
     let mut pixels = vec![0; 320 * 240];
     let mut tally = Tally::default();
     for seed in 1..=SEEDS {

@@ -2,12 +2,12 @@
 //!
 //! `cargo test -p monorange-tests --test slam_logs -- --nocapture` prints the tables, and
 //! `monorange slam-log --dataset mrclam --from FOLDER --number 1` gives one of their lines with its report.
-use monorange::evaluation::{Align, Alignment, MapPairing, Truth, map_errors, trajectory_errors};
-use monorange::files::MapPoint;
-use monorange::sensor_log::{Association, Dataset, LogResult, Recording, SensorLog, Settings, run};
 use monorange_core::association::Gate;
 use monorange_core::geometry::Pose;
 use monorange_core::slam::Variant;
+use monorange_formats::evaluation::{Align, Alignment, MapPairing, Truth, map_errors, trajectory_errors};
+use monorange_formats::files::MapPoint;
+use monorange_formats::sensor_log::{Association, Dataset, LogResult, Recording, SensorLog, Settings, run};
 use monorange_tests::real_data;
 use monorange_tests::slam::batch::{Batch, Sight, Step};
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};

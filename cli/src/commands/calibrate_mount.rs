@@ -1,12 +1,15 @@
 //! `calibrate-mount`: how the camera sits on the robot, from what it sees.
 use crate::{
-    Error, Result,
     calibration::{self, Calibration, Evidence},
-    commands::sequence::{Sequence, SequenceFiles},
-    files::{Outputs, Rig, Table, to_file_or_stdout},
+    outputs::{Outputs, to_file_or_stdout},
+    sequence::{Sequence, SequenceFiles},
 };
 use clap::{Args, ValueEnum};
 use monorange_core::geometry::mount_fit::{Fitted, KnownPoint, PointNoise};
+use monorange_formats::{
+    Error, Result,
+    files::{Rig, Table},
+};
 use nalgebra::Vector2;
 use std::path::{Path, PathBuf};
 

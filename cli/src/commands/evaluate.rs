@@ -1,10 +1,11 @@
 //! `evaluate`: a trajectory and a map against the truth.
-use crate::{
+use crate::outputs::to_file_or_stdout;
+use clap::Args;
+use monorange_formats::{
     Error, Result,
     evaluation::{Align, MapErrors, MapPairing, TrajectoryErrors, Truth, map_errors, trajectory_errors},
-    files::{read_map, read_trajectory, to_file_or_stdout},
+    files::{read_map, read_trajectory},
 };
-use clap::Args;
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -70,7 +71,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let estimate = read_trajectory(&arguments.estimate)?;
     let pairs = Truth::new(&truth, arguments.max_gap).pairs(&estimate);
     if pairs.is_empty() {
-        let range = |poses: &[crate::files::Stamped]| match poses {
+        let range = |poses: &[monorange_formats::files::Stamped]| match poses {
             [first, .., last] => format!("{} s to {} s", first.time, last.time),
             poses => poses.first().map_or(String::new(), |only| format!("{} s", only.time)),
         };

@@ -3,15 +3,11 @@ mod line;
 mod session;
 
 use crate::{
-    Error, Result,
-    commands::{
-        progress, results,
-        sequence::Sequence,
-        slam::{Inputs, add_truth, new_run},
-    },
-    files::{MapPoint, Outputs, Rig, Stamped},
-    pictures::Picture,
-    report::{Observation, Run},
+    commands::progress,
+    commands::results,
+    commands::slam::{Inputs, add_truth, new_run},
+    outputs::Outputs,
+    sequence::Sequence,
 };
 use clap::Args;
 use line::Line;
@@ -19,6 +15,12 @@ use monorange_core::{
     geometry::Pose,
     pipeline::Config,
     slam::{Decision, Health, Outcome},
+};
+use monorange_formats::{
+    Error, Result,
+    files::{MapPoint, Rig, Stamped},
+    pictures::Picture,
+    report::{Observation, Run},
 };
 use monorange_protocol::{client::Answer, conversion, message};
 use nalgebra::{Matrix2, Matrix3, Vector2};

@@ -1,7 +1,8 @@
 //! `keypoints`: a picture → the points that can be found again in another one.
-use crate::{Error, Result, files::to_file_or_stdout, pictures::Picture};
+use crate::outputs::to_file_or_stdout;
 use clap::{Args, ValueEnum};
 use monorange_core::features::{Descriptors, Detector, FeatureKind, Features, SiftConfig};
+use monorange_formats::{Error, Result, pictures::Picture};
 use std::{
     fmt::Write as _,
     path::{Path, PathBuf},

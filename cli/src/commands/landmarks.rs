@@ -1,16 +1,19 @@
 //! `landmarks`: pictures → floor corners, with an overlay to look at.
 use crate::{
-    Error, Result,
     commands::progress,
-    draw::{Mark, ORANGE, Overlay, SEEN, Shape},
-    extraction::extractor,
-    files::{Outputs, Rig, to_file_or_stdout},
-    pictures::{self, Picture},
+    outputs::{Outputs, to_file_or_stdout},
 };
 use clap::Args;
 use monorange_core::{
     geometry::Sighting,
     lines::{Corner, EdgePoint, Extraction, Truncations},
+};
+use monorange_formats::{
+    Error, Result,
+    draw::{Mark, ORANGE, Overlay, SEEN, Shape},
+    extraction::extractor,
+    files::Rig,
+    pictures::{self, Picture},
 };
 use nalgebra::Matrix2;
 use std::{

@@ -1,17 +1,17 @@
 //! `match`: two pictures → the homography from one to the other, with its covariance.
 use super::keypoints::Kind;
-use crate::{
-    Error, Result,
-    draw::{Canvas, ORANGE, SKY, Stroke},
-    files::to_file_or_stdout,
-    pictures::Picture,
-};
+use crate::outputs::to_file_or_stdout;
 use clap::Args;
 use monorange_core::{
     features::MatchConfig,
     homography::{
         Homography, HomographyConfig, HomographyEstimate, Match, NoHomography, estimate_homography,
     },
+};
+use monorange_formats::{
+    Error, Result,
+    draw::{Canvas, ORANGE, SKY, Stroke},
+    pictures::Picture,
 };
 use nalgebra::{Matrix2, Vector2};
 use serde::Serialize;

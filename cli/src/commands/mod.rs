@@ -9,13 +9,12 @@ mod progress;
 pub mod range;
 pub mod reproduce;
 mod results;
-pub mod sequence;
 pub mod simulate;
 pub mod slam;
 pub mod slam_log;
 
-use crate::Result;
 use clap::{Parser, Subcommand};
+use monorange_formats::Result;
 
 /// One calibrated camera on a robot as a range finder, and its pictures as a map.
 ///

@@ -1,10 +1,11 @@
 //! `range`: pixels of the floor → range and bearing with their covariance.
-use crate::{
-    Result,
-    files::{Rig, STANDARD_INPUT, Table, read_standard_input, to_file_or_stdout},
-};
+use crate::outputs::to_file_or_stdout;
 use clap::Args;
 use monorange_core::geometry::NoFloor;
+use monorange_formats::{
+    Result,
+    files::{Rig, STANDARD_INPUT, Table, read_standard_input},
+};
 use nalgebra::Vector2;
 use std::path::{Path, PathBuf};
 

@@ -1,11 +1,11 @@
 //! `reproduce`: the paper's tables and figures, with this project's improvements beside them.
 use crate::{
-    Result,
     commands::progress,
-    files::{Outputs, to_file_or_stdout},
+    outputs::{Outputs, to_file_or_stdout},
     reproduce::{self, Section, archetype, bearing_only, corridor, failover, table2},
 };
 use clap::{Args, ValueEnum};
+use monorange_formats::Result;
 use std::path::PathBuf;
 
 /// The paper's tables and figures, computed again, with this project's improvements beside them.

@@ -1,11 +1,11 @@
 //! What `slam` and `slam-log` give: the same files, and the same lines.
-use crate::{
+use crate::outputs::{Outputs, to_file_or_stdout};
+use monorange_core::geometry::Pose;
+use monorange_formats::{
     Error, Result,
     evaluation::Truth,
-    files::{self, Outputs},
     report::{OUTPUTS, Run},
 };
-use monorange_core::geometry::Pose;
 use std::path::Path;
 
 /// The world of the truth, seen from the map: the first true pose is the map's origin.
@@ -27,7 +27,7 @@ pub(super) fn write(outputs: &mut Outputs, run: &Run) -> Result<()> {
 /// Prints the summary, for a person or as JSON.
 pub(super) fn print(run: &Run, folder: &Path, as_json: bool) -> Result<()> {
     let json = serde_json::to_string_pretty(&run.summary()).map_err(Error::new)?;
-    files::to_file_or_stdout(None, |out| {
+    to_file_or_stdout(None, |out| {
         if as_json {
             return writeln!(out, "{json}");
         }

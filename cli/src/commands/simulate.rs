@@ -1,12 +1,15 @@
 //! `simulate`: a drive through a made-up place, with the truth about it.
 use crate::{
-    Error, Result,
     commands::progress,
-    files::{NewFolder, Rig, Stamped, to_file_or_stdout, write_tum},
+    outputs::{NewFolder, to_file_or_stdout},
 };
 use clap::{Args, ValueEnum};
 use image::{ExtendedColorType, ImageEncoder, codecs::png};
 use monorange_core::geometry::Pose;
+use monorange_formats::{
+    Error, Result,
+    files::{Rig, Stamped, write_tum},
+};
 use monorange_sim::{MOUNT_STD, PIXEL_STD, Scene, SceneConfig, SimConfig, Simulation, default_rig};
 use nalgebra::Vector2;
 use std::path::PathBuf;

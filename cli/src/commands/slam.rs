@@ -1,19 +1,21 @@
 //! `slam`: a sequence of pictures → trajectory, map, and a report about both.
 use crate::{
-    Error, Result,
-    commands::{
-        progress, results,
-        sequence::{Sequence, SequenceFiles, beside},
-    },
-    files::{Outputs, Rig, Stamped, Table, confirmed_map},
-    pictures::Picture,
-    report::{self, Carried, Observation, Run, SHOTS, Shot},
+    commands::progress,
+    commands::results,
+    outputs::Outputs,
+    sequence::{Sequence, SequenceFiles, beside},
 };
 use clap::Args;
 use monorange_core::{
     geometry::Pose,
     pipeline::{Carrier, Memory, OnHeap, Pipeline, PixelAssociation, Report, VisualConfig, VisualMotion},
     slam::Increment,
+};
+use monorange_formats::{
+    Error, Result,
+    files::{Rig, Stamped, Table, confirmed_map},
+    pictures::Picture,
+    report::{self, Carried, Observation, Run, SHOTS, Shot},
 };
 use nalgebra::Vector2;
 use std::{

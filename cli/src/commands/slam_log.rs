@@ -1,17 +1,18 @@
 //! `slam-log`: the filter alone, on the log of any sensor of ranges and bearings.
 use super::results;
-use crate::{
-    Error, Result,
-    evaluation::{Align, Alignment, MAX_TRUTH_GAP, MapPairing, Truth, map_errors, trajectory_errors},
-    files::{self, MapPoint, Odometry, Outputs},
-    report::{Observation, Run, SettingLine, Setup, Subject},
-    sensor_log::{self, Association, Dataset, LogResult, ObservationRow, Recording, SensorLog, Settings},
-};
+use crate::outputs::Outputs;
 use clap::{
     Args,
     builder::{PossibleValuesParser, TypedValueParser},
 };
 use monorange_core::{association::Gate, geometry::Pose, slam::Variant};
+use monorange_formats::{
+    Error, Result,
+    evaluation::{Align, Alignment, MAX_TRUTH_GAP, MapPairing, Truth, map_errors, trajectory_errors},
+    files::{self, MapPoint, Odometry},
+    report::{Observation, Run, SettingLine, Setup, Subject},
+    sensor_log::{self, Association, Dataset, LogResult, ObservationRow, Recording, SensorLog, Settings},
+};
 use std::{
     ffi::OsStr,
     path::{Path, PathBuf},

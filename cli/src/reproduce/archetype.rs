@@ -14,9 +14,9 @@
 //!
 //! The observations are the quantiles of the normal distribution, so there is no randomness in the figures.
 use super::{Figures, Section};
-use crate::report::chart::{Axis, Chart};
-use crate::{Error, Result};
 use monorange_core::geometry::RangeFinder;
+use monorange_formats::report::chart::{Axis, Chart};
+use monorange_formats::{Error, Result};
 use monorange_sim::default_rig;
 use nalgebra::Vector2;
 

@@ -5,12 +5,12 @@
 //! its foot, r ± r² σ_px/(f h), and only its bearing is used from then on. The third row measures the range every
 //! time. Who is who is known, so that nothing but the start differs.
 use super::{Figures, Section};
-use crate::{Error, Result};
 use monorange_core::geometry::{Pose, range_bearing_from_floor};
 use monorange_core::slam::{
     Filter, FilterConfig, Increment, Integration, Landmark, Measurement, Observation, Outcome, states_for,
     storage_len,
 };
+use monorange_formats::{Error, Result};
 use monorange_sim::{Random, Stream, default_rig};
 use nalgebra::{Matrix2, Matrix3, Vector2};
 

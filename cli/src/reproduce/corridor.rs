@@ -4,14 +4,14 @@
 //! stop. Every method gets the same pictures, corners and odometry.
 use super::method::{METHODS, Runner, wheels_before};
 use super::{Figures, Section};
-use crate::evaluation::{Align, Pair, TrajectoryErrors, trajectory_errors};
-use crate::files::{MapPoint, Rig, confirmed_map};
-use crate::report::{chart::Chart, floor_plan};
-use crate::{Error, Result};
 use monorange_core::features::Detector;
 use monorange_core::geometry::wrap_angle;
 use monorange_core::image::Grey;
 use monorange_core::pipeline::{Config, MotionNoise, OnHeap, Pipeline, VisualConfig};
+use monorange_formats::evaluation::{Align, Pair, TrajectoryErrors, trajectory_errors};
+use monorange_formats::files::{MapPoint, Rig, confirmed_map};
+use monorange_formats::report::{chart::Chart, floor_plan};
+use monorange_formats::{Error, Result};
 use monorange_sim::{MOUNT_STD, PIXEL_STD, Scene, SceneConfig, SimConfig, Simulation, default_rig};
 use nalgebra::Vector2;
 use std::sync::atomic::{AtomicU64, Ordering};

@@ -6,14 +6,14 @@
 //! are is for the filter to find out, as with the camera's.
 use super::method::{METHODS, Runner, wheels_before};
 use super::{Figures, Section, corridor};
-use crate::evaluation::{Align, Pair, trajectory_errors};
-use crate::report::chart::Chart;
-use crate::{Error, Result};
 use monorange_core::features::Detector;
 use monorange_core::geometry::range_bearing_from_floor;
 use monorange_core::image::Grey;
 use monorange_core::pipeline::VisualConfig;
 use monorange_core::slam::{Feature, Measurement, Outcome};
+use monorange_formats::evaluation::{Align, Pair, trajectory_errors};
+use monorange_formats::report::chart::Chart;
+use monorange_formats::{Error, Result};
 use monorange_sim::Simulation;
 
 const FRAMES: usize = 560;

@@ -1,7 +1,4 @@
 //! The ways to run the pipeline that are compared: ours, and the paper's with and without its homography.
-use crate::evaluation::Pair;
-use crate::files::Stamped;
-use crate::{Error, Result};
 use monorange_core::features::Features;
 use monorange_core::geometry::Pose;
 use monorange_core::image::Grey;
@@ -9,6 +6,9 @@ use monorange_core::pipeline::{
     Carrier, Config, Memory, MotionNoise, Odometry, OnHeap, Pipeline, PixelAssociation, Report, VisualConfig,
     VisualMotion,
 };
+use monorange_formats::evaluation::Pair;
+use monorange_formats::files::Stamped;
+use monorange_formats::{Error, Result};
 use monorange_sim::Simulation;
 
 /// A way to run the pipeline.

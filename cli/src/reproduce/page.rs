@@ -1,6 +1,6 @@
 //! All sections on one page that needs no network.
 use super::Section;
-use crate::report::{STYLE, escape};
+use monorange_formats::report::{STYLE, escape};
 use std::fmt::Write as _;
 
 /// The page.

@@ -4,11 +4,11 @@
 //! mount; the fit to the measured columns hardly depends on which (see the last table's rows).
 use super::{Figures, Section};
 use crate::calibration::{self, Calibration, Summary};
-use crate::files::Rig;
-use crate::{Error, Result};
 use monorange_core::geometry::mount_fit::{Fitted, KnownPoint, PointNoise};
 use monorange_core::geometry::{Mount, RangeFinder};
 use monorange_core::image::Grey;
+use monorange_formats::files::Rig;
+use monorange_formats::{Error, Result};
 use monorange_sim::{
     MOUNT_STD, PIXEL_STD, Scene, SceneConfig, SimConfig, Simulation, TABLE2_POINTS, default_rig, hand_mounted,
 };
@@ -189,7 +189,7 @@ pub fn replica_points(seed: u64) -> Result<Vec<KnownPoint>> {
     let scene = Scene::table2(&SceneConfig { seed, ..SceneConfig::default() });
     let config = SimConfig { seed, frames: TABLE2_POINTS.len(), walkers: 0, ..SimConfig::default() };
     let lab = Simulation::new(scene, truth, config).map_err(Error::new)?;
-    let mut extractor = crate::extraction::extractor(&Rig::new(nominal, PIXEL_STD, MOUNT_STD)?)?;
+    let mut extractor = monorange_formats::extraction::extractor(&Rig::new(nominal, PIXEL_STD, MOUNT_STD)?)?;
     let (width, height) = (truth.camera().width(), truth.camera().height());
     let mut pixels = vec![0; width * height];
     let mut points = Vec::new();

@@ -1,11 +1,11 @@
 //! The text files that come with pictures, read by the command line's own readers.
 use core::fmt::Display;
-use monorange::evaluation::{MAX_TRUTH_GAP, Truth};
-use monorange::files::{
-    self, Control, Odometry, Rig, SETTINGS, Table, memory, read_camera_info, read_times, read_trajectory,
-};
 use monorange_core::geometry::Pose;
 use monorange_core::pipeline::{self, Config};
+use monorange_formats::evaluation::{MAX_TRUTH_GAP, Truth};
+use monorange_formats::files::{
+    self, Control, Odometry, Rig, SETTINGS, Table, memory, read_camera_info, read_times, read_trajectory,
+};
 use monorange_protocol::{conversion::message_from_config, message::Answers};
 use nalgebra::Vector2;
 use serde_json::json;

@@ -6,12 +6,12 @@
 #![warn(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
 use core::fmt::Display;
-use monorange::extraction::extractor;
-use monorange::files::{MapPoint, Rig, Stamped, Table, memory, read_trajectory};
-use monorange::report::{Observation, Run, SHOTS, shot};
 use monorange_core::geometry::Pose;
 use monorange_core::image::Grey;
 use monorange_core::slam::{Decision, Verdict};
+use monorange_formats::extraction::extractor;
+use monorange_formats::files::{MapPoint, Rig, Stamped, Table, memory, read_trajectory};
+use monorange_formats::report::{Observation, Run, SHOTS, shot};
 use nalgebra::{Matrix2, Matrix3, Vector2};
 use std::path::Path;
 use wasm_bindgen::prelude::*;
@@ -174,21 +174,22 @@ impl Results {
         rig: &str,
         frames: usize,
         start: f64,
-    ) -> Result<Self, monorange::Error> {
+    ) -> Result<Self, monorange_formats::Error> {
         let rig = Rig::parse(Path::new("rig.toml"), rig)?;
         let run = Run::of_pictures(title.into(), command.into(), &rig, frames);
         Ok(Self { run, rig, used: Vec::new(), start })
     }
 
-    fn shoot(&mut self, frame: usize, pixels: &[u8]) -> Result<(), monorange::Error> {
+    fn shoot(&mut self, frame: usize, pixels: &[u8]) -> Result<(), monorange_formats::Error> {
         let camera = self.rig.finder.camera();
-        let picture = Grey::new(pixels, camera.width(), camera.height()).map_err(monorange::Error::new)?;
+        let picture =
+            Grey::new(pixels, camera.width(), camera.height()).map_err(monorange_formats::Error::new)?;
         let mut extractor = extractor(&self.rig)?;
         extractor.begin();
         for row in picture.rows() {
-            extractor.push_row(row).map_err(monorange::Error::new)?;
+            extractor.push_row(row).map_err(monorange_formats::Error::new)?;
         }
-        let extraction = extractor.finish().map_err(monorange::Error::new)?;
+        let extraction = extractor.finish().map_err(monorange_formats::Error::new)?;
         let seen: Vec<_> = self.run.observations.iter().filter(|seen| seen.frame == frame).copied().collect();
         let time = self.used.iter().position(|(used, _)| *used == frame);
         let time = time.and_then(|index| self.run.trajectory.get(index)).map_or(0.0, |pose| pose.time);

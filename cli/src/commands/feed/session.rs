@@ -1,5 +1,5 @@
 use super::line::{Line, Stream};
-use crate::{Error, files::Rig, pictures::Picture};
+use monorange_formats::{Error, files::Rig, pictures::Picture};
 use monorange_protocol::{
     client::{Answer, Client},
     conversion,

@@ -19,17 +19,17 @@ const LASER_CELL: f64 = 0.05;
 
 /// What is drawn; whatever is empty is left out.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct FromAbove<'a> {
+pub struct FromAbove<'a> {
     /// Poses in order.
-    pub(crate) trajectory: &'a [Stamped],
+    pub trajectory: &'a [Stamped],
     /// True poses.
-    pub(crate) pairs: &'a [Pair],
+    pub pairs: &'a [Pair],
     /// Landmarks.
-    pub(crate) map: &'a [MapPoint],
+    pub map: &'a [MapPoint],
     /// True landmarks.
-    pub(crate) true_map: &'a [Vector2<f64>],
+    pub true_map: &'a [Vector2<f64>],
     /// Laser echoes.
-    pub(crate) laser: &'a [Vector2<f64>],
+    pub laser: &'a [Vector2<f64>],
 }
 
 /// The plane of the drawing.
@@ -89,7 +89,7 @@ impl Plan {
 }
 
 /// The drawing.
-pub(crate) fn svg(run: &FromAbove<'_>) -> String {
+pub fn svg(run: &FromAbove<'_>) -> String {
     let plan = Plan::around(run);
     let mut svg = format!(
         r#"<svg class="plan" viewBox="0 0 {WIDTH} {:.0}" role="img" aria-label="Map from above with the trajectory and {} landmarks">"#,

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 
 /// Whether the log's names are used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "command", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Association {
     /// The column `id` names the landmark.
     Known,

@@ -15,11 +15,11 @@ thread_local! {
 /// Makes a file readable under a path, in place of another one of that path.
 ///
 /// ```
-/// use monorange::files::{memory, read_times};
+/// use monorange_formats::files::{memory, read_times};
 /// memory::offer("times.txt", b"0.0\n0.1\n".to_vec());
 /// assert_eq!(read_times("times.txt".as_ref())?, [0.0, 0.1]);
 /// memory::withdraw_all();
-/// # Ok::<(), monorange::Error>(())
+/// # Ok::<(), monorange_formats::Error>(())
 /// ```
 pub fn offer(path: impl Into<PathBuf>, content: Vec<u8>) {
     OFFERED.with_borrow_mut(|files| files.insert(path.into(), content));

@@ -43,7 +43,7 @@ pub(super) fn round_step(at_least: f64) -> f64 {
 }
 
 /// Text that HTML shows as it is.
-pub(crate) fn escape(text: &str) -> String {
+pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 

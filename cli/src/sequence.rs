@@ -1,5 +1,5 @@
 //! A recorded drive: pictures, their times, odometry and truth, checked against each other.
-use crate::{
+use monorange_formats::{
     Error, Result,
     files::{Odometry, Rig, Stamped, read_times, read_trajectory},
     pictures,

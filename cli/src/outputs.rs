@@ -1,5 +1,5 @@
-use super::io_error;
-use crate::{Error, Result};
+//! Outputs that appear whole or not at all.
+use monorange_formats::{Error, Result, files::io_error};
 use std::{
     fs,
     io::{self, BufWriter, Write},

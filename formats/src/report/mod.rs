@@ -3,9 +3,9 @@
 //!
 //! The report holds its pictures and needs no network. Drawings are SVG whose colours are the page's own variables,
 //! so that they follow the reader's light or dark setting.
-pub(crate) mod chart;
+pub mod chart;
 mod corners;
-pub(crate) mod floor_plan;
+pub mod floor_plan;
 mod outputs;
 mod page;
 mod plots;
@@ -19,11 +19,10 @@ pub use page::page;
 pub use setup::{SettingLine, Setup};
 pub use shot::{SHOTS, Shot, shot};
 pub use subject::Subject;
-#[cfg(feature = "command")]
-pub(crate) use svg::escape;
+pub use svg::escape;
 
 /// The style of every page.
-pub(crate) const STYLE: &str = include_str!("report.css");
+pub const STYLE: &str = include_str!("report.css");
 
 use crate::{
     evaluation::{MapErrors, Pair, TrajectoryErrors},

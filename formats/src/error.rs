@@ -6,7 +6,7 @@ pub type Result<T> = std::result::Result<T, Error>;
 /// Why a command stopped, for a person: where, what is wrong, and what to do about it.
 ///
 /// ```
-/// let error = monorange::Error::new("`mount.heigth` is not a known key").at_line("rig.toml", 7).help("write `height`");
+/// let error = monorange_formats::Error::new("`mount.heigth` is not a known key").at_line("rig.toml", 7).help("write `height`");
 /// assert_eq!(error.to_string(), "rig.toml, line 7: `mount.heigth` is not a known key\n  help: write `height`");
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]

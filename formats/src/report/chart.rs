@@ -4,15 +4,15 @@ use std::fmt::Write as _;
 
 /// What runs from left to right.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Axis {
+pub struct Axis {
     /// First and last value.
-    pub(crate) range: [f64; 2],
+    pub range: [f64; 2],
     /// Its unit.
-    pub(crate) unit: &'static str,
+    pub unit: &'static str,
 }
 
 /// A chart under construction; its coordinates are those of the data.
-pub(crate) struct Chart {
+pub struct Chart {
     title: String,
     unit: String,
     x: [f64; 2],
@@ -32,20 +32,19 @@ const MAX_POINTS: usize = 1500;
 
 impl Chart {
     /// A chart of `title` in `unit` over seconds and a y range.
-    pub(crate) fn new(title: &str, unit: &str, seconds: [f64; 2], y: [f64; 2], height: f64) -> Self {
+    pub fn new(title: &str, unit: &str, seconds: [f64; 2], y: [f64; 2], height: f64) -> Self {
         Self::over(Axis { range: seconds, unit: "s" }, title, unit, y, height)
     }
 
     /// A chart of `title` in `unit` over an axis and a y range.
-    pub(crate) fn over(axis: Axis, title: &str, unit: &str, y: [f64; 2], height: f64) -> Self {
+    pub fn over(axis: Axis, title: &str, unit: &str, y: [f64; 2], height: f64) -> Self {
         let widen = |[low, high]: [f64; 2]| if high > low { [low, high] } else { [low - 0.5, low + 0.5] };
         let (x, y) = (widen(axis.range), widen(y));
         Self { title: title.into(), unit: unit.into(), x, x_unit: axis.unit, y, height, body: String::new() }
     }
 
     /// Words left of and above a point.
-    #[cfg(feature = "command")]
-    pub(crate) fn label(&mut self, x: f64, y: f64, class: &str, words: &str) {
+    pub fn label(&mut self, x: f64, y: f64, class: &str, words: &str) {
         let (x, y) = self.place(x, y);
         let _ = write!(
             self.body,
@@ -56,7 +55,7 @@ impl Chart {
     }
 
     /// The area between two curves (x, low, high).
-    pub(crate) fn band(&mut self, class: &str, points: &[[f64; 3]]) {
+    pub fn band(&mut self, class: &str, points: &[[f64; 3]]) {
         let thinned: Vec<_> = thin(points).collect();
         let lower = thinned.iter().map(|[x, low, _]| self.place(*x, *low));
         let upper = thinned.iter().rev().map(|[x, _, high]| self.place(*x, *high));
@@ -65,13 +64,13 @@ impl Chart {
     }
 
     /// A curve.
-    pub(crate) fn line(&mut self, class: &str, points: &[[f64; 2]]) {
+    pub fn line(&mut self, class: &str, points: &[[f64; 2]]) {
         let places: Vec<_> = thin(points).map(|[x, y]| self.place(*x, *y)).collect();
         let _ = write!(self.body, r#"<path class="{class}" d="{}"/>"#, path_data(places));
     }
 
     /// Points; those beyond the chart lie on its upper edge.
-    pub(crate) fn dots(&mut self, class: &str, points: &[[f64; 2]]) {
+    pub fn dots(&mut self, class: &str, points: &[[f64; 2]]) {
         let mut data = String::new();
         for [x, y] in points {
             let (x, y) = self.place(*x, *y);
@@ -81,7 +80,7 @@ impl Chart {
     }
 
     /// A horizontal line with words at its right end.
-    pub(crate) fn rule(&mut self, class: &str, y: f64, words: &str) {
+    pub fn rule(&mut self, class: &str, y: f64, words: &str) {
         let ((x0, y), (x1, _)) = (self.place(self.x[0], y), self.place(self.x[1], y));
         let _ = write!(
             self.body,
@@ -92,7 +91,7 @@ impl Chart {
     }
 
     /// The chart; `legend` is a line of HTML-free words for readers without the picture.
-    pub(crate) fn svg(&self, words: &str) -> String {
+    pub fn svg(&self, words: &str) -> String {
         let mut svg = format!(
             r#"<svg class="chart" viewBox="0 0 {WIDTH} {}" role="img" aria-label="{words}">"#,
             self.height

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 /// What may be fitted before errors are measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-#[cfg_attr(feature = "command", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Align {
     /// Nothing: both are in the same frame.

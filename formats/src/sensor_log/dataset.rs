@@ -7,7 +7,7 @@ use std::path::Path;
 
 /// A public log that can be read as it is published.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "command", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Dataset {
     /// UTIAS MRCLAM: a folder of `RobotN_….dat`; N is the number of the robot.
     Mrclam,

@@ -6,8 +6,6 @@ mod map;
 pub mod memory;
 mod odometry;
 mod order;
-#[cfg(feature = "command")]
-mod outputs;
 mod rig;
 mod rig_section;
 mod settings;
@@ -19,8 +17,6 @@ pub use camera_info::{Intrinsics, read_camera_info};
 pub use map::{MapPoint, confirmed_map, read_map, write_map, write_ply};
 pub use odometry::{Control, Odometry};
 pub use order::natural_order;
-#[cfg(feature = "command")]
-pub use outputs::{NewFolder, Outputs, to_file_or_stdout};
 pub use rig::{MOUNT_KEYS, Rig, with_mount};
 pub use settings::{SETTINGS, Setting};
 pub use table::Table;

@@ -1,0 +1,24 @@
+//! The files of monorange, for programs that run on a host or in a browser.
+//!
+//! | module | what |
+//! |---|---|
+//! | [`files`] | every format that is read or written, one module each |
+//! | [`pictures`] | folders of pictures, decoding to grey |
+//! | [`evaluation`] | a trajectory and a map against the truth |
+//! | [`extraction`] | the core's extractor with memory from the heap |
+//! | [`draw`] | overlays |
+//! | [`report`] | what a run writes: `report.html` and the plain files |
+//! | [`sensor_log`] | the filter on the log of another sensor |
+//!
+//! Elementary functions are `libm`'s, here as in the core: what the page writes must not differ in a last bit from what
+//! the command line writes. Every [`Error`] names the file, the line or field, the cause and what to do.
+pub mod draw;
+mod error;
+pub mod evaluation;
+pub mod extraction;
+pub mod files;
+pub mod pictures;
+pub mod report;
+pub mod sensor_log;
+
+pub use error::{Error, Result, nearest};
