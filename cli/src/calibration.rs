@@ -1,13 +1,11 @@
 //! The mount from points, from a drive, or from vertical edges, with its figures for a person and for a program.
 use crate::sequence::Sequence;
 use monorange_core::{
-    geometry::{
-        RangeFinder,
-        mount_fit::{
-            DriveStep, Fitted, KnownPoint, MountFit, PointNoise, TrackedPoint, fit_drive, fit_points,
-            fit_points_robustly, fit_verticals, point_residual,
-        },
+    calibration::{
+        DriveStep, Fitted, KnownPoint, MountFit, PointNoise, TrackedPoint, VerticalEdge, fit_drive,
+        fit_points, fit_points_robustly, fit_verticals, point_residual,
     },
+    geometry::RangeFinder,
     lines::Corner,
     pipeline::{Config, Memory, MountError, Odometry, OnHeap, Pipeline},
     slam::Decision,
@@ -166,7 +164,7 @@ pub fn from_verticals(rig: &Rig, frames: &Path, fitted: Fitted) -> Result<Calibr
         pictures::check_size(&image, camera.width(), camera.height())?;
         let Ok(picture) = Picture::read(&image) else { continue };
         let extraction = extractor.extract(picture.grey()?).map_err(|error| Error::new(error).at(&image))?;
-        edges.extend(extraction.vertical_lines.iter().map(|line| line.vertical_edge(camera)));
+        edges.extend(extraction.vertical_lines.iter().map(|line| VerticalEdge::from_line(camera, line)));
     }
     let (fit, used) = fit_verticals(rig.finder.mount(), &edges, fitted).map_err(|error| {
         Error::new(error).at(frames).help("give pictures with door posts or corners of walls")

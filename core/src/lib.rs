@@ -13,6 +13,7 @@
 //! | [`association`] | corners and landmarks | who is who |
 //! | [`slam`] | odometry and measurements | pose, map and their joint covariance |
 //! | [`pipeline`] | rows of pictures and odometry | all of it |
+//! | [`calibration`] | known points, vertical edges or a drive | the camera's mount with its covariance |
 //!
 //! Everything is `no_std`, without a heap and without `unsafe`. Elementary functions come from `libm` on
 //! every target, and no multiplication is fused with an addition, so that the same input gives the same
@@ -32,6 +33,7 @@ mod sort;
 mod vectors;
 
 pub mod association;
+pub mod calibration;
 pub mod features;
 pub mod geometry;
 pub mod homography;

@@ -2,8 +2,8 @@
 //! is right: from points, from a drive, and from vertical edges.
 use monorange::calibration::{Seen, fit_seen};
 use monorange::reproduce::corridor::defaults;
-use monorange_core::geometry::mount_fit::{
-    Fitted, KnownPoint, MountFit, PointNoise, fit_points, fit_verticals,
+use monorange_core::calibration::{
+    Fitted, KnownPoint, MountFit, PointNoise, VerticalEdge, fit_points, fit_verticals,
 };
 use monorange_core::geometry::{RangeFinder, range_bearing_from_floor};
 use monorange_core::image::Grey;
@@ -162,7 +162,9 @@ fn vertical_edges_of_pictures_give_tilt_and_roll_and_their_covariance() {
         for frame in [0, 80, 160] {
             simulation.render(frame, &mut pixels).unwrap();
             let extraction = extractor.extract(Grey::new(&pixels, 320, 240).unwrap()).unwrap();
-            edges.extend(extraction.vertical_lines.iter().map(|line| line.vertical_edge(nominal.camera())));
+            edges.extend(
+                extraction.vertical_lines.iter().map(|line| VerticalEdge::from_line(nominal.camera(), line)),
+            );
         }
         let (fit, _) = fit_verticals(nominal.mount(), &edges, Fitted::ALL).unwrap();
         tally.add(&fit, &truth, Fitted::TILT_AND_ROLL);

@@ -1,5 +1,5 @@
 //! The mount from points that someone clicked and measured.
-use monorange_core::geometry::mount_fit::{Fitted, KnownPoint as Measured, PointNoise, fit_points};
+use monorange_core::calibration::{Fitted, KnownPoint as Measured, PointNoise, fit_points};
 use monorange_core::geometry::{Camera, Mount, RangeFinder};
 use monorange_core::{Error, Result};
 use nalgebra::Vector2;

@@ -5,7 +5,7 @@ use crate::{
     sequence::{Sequence, SequenceFiles},
 };
 use clap::{Args, ValueEnum};
-use monorange_core::geometry::mount_fit::{Fitted, KnownPoint, PointNoise};
+use monorange_core::calibration::{Fitted, KnownPoint, PointNoise};
 use monorange_formats::{
     Error, Result,
     files::{Rig, Table},

@@ -4,7 +4,7 @@
 //! mount; the fit to the measured columns hardly depends on which (see the last table's rows).
 use super::{Figures, Section};
 use crate::calibration::{self, Calibration, Summary};
-use monorange_core::geometry::mount_fit::{Fitted, KnownPoint, PointNoise};
+use monorange_core::calibration::{Fitted, KnownPoint, PointNoise};
 use monorange_core::geometry::{Mount, RangeFinder};
 use monorange_core::image::Grey;
 use monorange_formats::files::Rig;
@@ -231,7 +231,7 @@ fn replica() -> Result<Figures> {
             };
             let finder = RangeFinder::new(*rig.finder.camera(), mount);
             residuals.extend(points.iter().filter_map(|point| {
-                let residual = monorange_core::geometry::mount_fit::point_residual(&finder, point)?;
+                let residual = monorange_core::calibration::point_residual(&finder, point)?;
                 Some([100.0 * residual.x / point.range_bearing.x, residual.y])
             }));
             let off = mount

@@ -1,7 +1,6 @@
 //! Pixel ↔ ray ↔ floor ↔ range and bearing, and plane poses.
 mod camera;
 mod mount;
-pub mod mount_fit;
 mod pose;
 mod range_finder;
 

@@ -1,6 +1,5 @@
 use super::EdgePoint;
 use super::edge::steps_from_direction;
-use crate::geometry::{Camera, mount_fit::VerticalEdge};
 use nalgebra::{Matrix2, Vector2};
 
 /// Lines of either kind that an [`Extraction`] holds.
@@ -38,13 +37,6 @@ impl Line {
     /// The unit vector along the line, the normal turned by a quarter from u to v.
     pub fn along(&self) -> Vector2<f32> {
         Vector2::new(-self.normal.y, self.normal.x)
-    }
-
-    /// The line in the camera's rays, for a calibration of the mount.
-    pub fn vertical_edge(&self, camera: &Camera<f64>) -> VerticalEdge {
-        let (normal, centroid) = (self.normal.cast(), self.centroid.cast());
-        let (position, angle) = (self.var_position_px2.into(), self.var_angle.into());
-        VerticalEdge::from_ideal_pixels(camera, normal, centroid, position, angle)
     }
 
     /// Signed distance of an ideal pixel, positive on the brighter side.

@@ -7,11 +7,11 @@
 //! ```
 //!
 //! for the invariant filter, and e = (p̂ − p, a) for the others.
-use super::filter::{Filter, Variant};
-use super::landmark::Landmark;
-use super::motion::arc_rotation;
 use crate::Real;
 use crate::geometry::{Pose, wrap_angle};
+use crate::slam::filter::{Filter, Variant};
+use crate::slam::landmark::Landmark;
+use crate::slam::models::arc_rotation;
 use nalgebra::{Matrix2, Vector3};
 
 impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landmark<T>]>> Filter<T, S, L> {

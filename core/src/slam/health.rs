@@ -4,8 +4,8 @@
 //! them: ± 0.125 over the window of 64 measurements of two. One beyond its gate counts as if it were on it: it may be of a
 //! neighbour that has no landmark, and how far off that is tells nothing of the covariance. A run of inflated or gated measurements means that the
 //! state has left the place the sensor sees.
-use super::update::{Decision, Outcome};
 use crate::Real;
+use crate::slam::filter::{Decision, Outcome};
 
 /// What a user can act on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

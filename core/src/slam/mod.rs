@@ -40,33 +40,26 @@
 //! *Limits.* First order: errors of the heading of tens of degrees within one update are beyond it. Past predictions
 //! are not linearised again, so that on a kilometres-long loop the map is off the batch optimum. Noise is white: what several measurements share must be a state (the mount) or be
 //! allowed for in their variance.
-mod birth;
 mod consistency;
-mod downdate;
-mod factored;
+mod covariance;
 mod filter;
 mod health;
 mod landmark;
 mod map;
-mod measurement;
-mod model;
-mod motion;
-mod packed;
+mod models;
 mod ring;
-mod self_check;
 mod snapshot;
-mod triangle;
-mod update;
 
-pub use filter::{Covariance, Filter, FilterConfig, Variant, states_for, storage_len};
+pub use covariance::packed_len;
+pub use filter::{
+    Covariance, Decision, Filter, FilterConfig, Observation, Outcome, Variant, states_for, storage_len,
+};
 pub use health::{Health, Verdict};
 pub use landmark::{Form, Landmark, Status};
 pub use map::{Feature, Hint, MAX_FEATURES, Map, MapConfig, MapReport, Pairing, View};
-pub use measurement::Measurement;
-pub use model::Linearised;
-pub use motion::{Increment, Integration, arc_rotation};
+pub use models::{
+    Increment, Integration, JacobianCheck, LinearisationPoint, Linearised, Measurement, arc_rotation,
+    check_jacobians,
+};
 pub use ring::RingStart;
-pub use self_check::{JacobianCheck, LinearisationPoint, check_jacobians};
 pub use snapshot::{MAP_BYTES, snapshot_len};
-pub use triangle::packed_len;
-pub use update::{Decision, Observation, Outcome};

@@ -5,8 +5,8 @@
 //! circle, each moved by the odometry and corrected by every further range, and weighted by how well it foresaw it.
 //! When those that matter agree, [`RingStart::settled`] gives a point with its covariance for
 //! [`Filter::birth_at`](super::Filter::birth_at). Cost: 24 updates of two states a range.
-use super::motion::Increment;
 use crate::Real;
+use crate::slam::models::Increment;
 use nalgebra::{Matrix2, Matrix2x3, Vector2};
 
 /// Hypotheses: 15° apart, so that a straight piece of the ring is off it by less than 1 % of the range.

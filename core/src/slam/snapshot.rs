@@ -10,11 +10,11 @@
 //! | 8 + 12 | time, first-estimate pose |
 //! | 56 a landmark | its record |
 //! | 4 · (3n + n(n+1)/2) | state, its rounding errors, first estimates, upper triangle row by row |
-use super::filter::{Covariance, Filter, Variant};
-use super::health::Health;
-use super::landmark::{Form, Landmark, Status};
-use super::map::Map;
-use super::triangle::packed_len;
+use crate::slam::covariance::triangle::packed_len;
+use crate::slam::filter::{Covariance, Filter, Variant};
+use crate::slam::health::Health;
+use crate::slam::landmark::{Form, Landmark, Status};
+use crate::slam::map::Map;
 use crate::{Error, Result};
 use nalgebra::Vector2;
 

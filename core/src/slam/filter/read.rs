@@ -2,10 +2,10 @@
 use super::{Covariance, Filter, ROBOT};
 use crate::Real;
 use crate::geometry::{Mount, Pose, RangeFinder};
-use crate::slam::factored;
+use crate::slam::covariance::Row;
+use crate::slam::covariance::factored;
+use crate::slam::covariance::packed;
 use crate::slam::landmark::{Form, Landmark};
-use crate::slam::model::Row;
-use crate::slam::packed;
 use nalgebra::{Matrix2, Matrix3, Matrix4, Vector2, Vector4};
 
 impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landmark<T>]>> Filter<T, S, L> {

@@ -1,5 +1,5 @@
 //! Settings of the map's upkeep, what goes in, and what is reported.
-use crate::slam::measurement::Measurement;
+use crate::slam::models::Measurement;
 use crate::{Error, Real, Result};
 use nalgebra::Vector2;
 

@@ -9,9 +9,9 @@ use crate::Real;
 use crate::association::{
     Candidate, MAX_JOINT_CANDIDATES, MAX_PAIRS, cholesky, forward, joint_compatibility, sort_for_search,
 };
+use crate::slam::covariance::{Row, Rows};
+use crate::slam::filter::update::{Absorbed, Decision, Outcome, Pending};
 use crate::slam::landmark::{Form, Landmark, Status};
-use crate::slam::model::{Row, Rows};
-use crate::slam::update::{Absorbed, Decision, Outcome, Pending};
 use nalgebra::Matrix2;
 
 impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landmark<T>]>> Map<T, S, L> {

@@ -7,11 +7,11 @@ use crate::association::{
     joint_compatibility, normalised_square, sort_for_search,
 };
 use crate::geometry::RangeFinder;
-use crate::slam::birth::Nearby;
+use crate::slam::filter::birth::Nearby;
+use crate::slam::filter::update::{Decision, Outcome, Pending};
 use crate::slam::landmark::{Form, Landmark, Status};
-use crate::slam::measurement::Measurement;
-use crate::slam::model::Linearised;
-use crate::slam::update::{Decision, Outcome, Pending};
+use crate::slam::models::Linearised;
+use crate::slam::models::Measurement;
 
 /// n ln 2π + 2 ln(λ |∂l/∂z|): what the cost of a pair has beside νᵀS⁻¹ν + ln|S|.
 fn offset<T: Real>(linear: &Linearised<T>, form: Form, density: T) -> T {

@@ -1,10 +1,10 @@
 //! Pairs as the joint search sees them: one stacked measurement, and how its parts are correlated.
 use crate::Real;
 use crate::association::Correlated;
+use crate::slam::covariance::Rows;
+use crate::slam::covariance::packed;
 use crate::slam::filter::Filter;
 use crate::slam::landmark::Landmark;
-use crate::slam::model::Rows;
-use crate::slam::packed;
 use nalgebra::{Matrix2, Vector2};
 
 /// Robot and mount, in which all pairs meet.

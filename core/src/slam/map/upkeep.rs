@@ -1,9 +1,9 @@
 //! Births, confirmation and deletion.
 use super::{Feature, Map, MapConfig, MapReport};
 use crate::Real;
+use crate::slam::filter::{Decision, Outcome};
 use crate::slam::landmark::{Form, Landmark, Status};
-use crate::slam::measurement::Measurement;
-use crate::slam::update::{Decision, Outcome};
+use crate::slam::models::Measurement;
 
 impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landmark<T>]>> Map<T, S, L> {
     pub(super) fn give_birth(

@@ -18,34 +18,12 @@
 //!
 //! An inverse-distance landmark has l = a + m(φ)/ρ, m = (cos φ, sin φ). Its bearing is taken from
 //! ρ d = Rᵀ(ρ(a − p) + m), which is finite for a landmark at infinity.
-use super::landmark::Form;
-use super::measurement::Measurement;
 use crate::Real;
 use crate::geometry::{RangeFinder, range_bearing_by_floor, wrap_angle};
+use crate::slam::covariance::{Row, Rows};
+use crate::slam::landmark::Form;
+use crate::slam::models::Measurement;
 use nalgebra::{Matrix2, Matrix2x3, Matrix2x4, Vector2, Vector3};
-
-/// Two neighbouring columns of H.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Row<T> {
-    /// The first of the two columns.
-    pub(super) column: usize,
-    /// By row of H.
-    pub(super) coefficients: [[T; 2]; 2],
-}
-
-impl<T: Real> Row<T> {
-    pub(super) fn new(column: usize, block: Matrix2<T>) -> Self {
-        Self { column, coefficients: [[block.m11, block.m12], [block.m21, block.m22]] }
-    }
-
-    pub(super) fn matrix(&self) -> Matrix2<T> {
-        let [[a, b], [c, d]] = self.coefficients;
-        Matrix2::new(a, b, c, d)
-    }
-}
-
-/// The non-zero columns of H, two by two: robot, mount, landmark.
-pub(super) type Rows<T> = heapless::Vec<Row<T>, 6>;
 
 /// A measurement linearised about the state. A measurement of one degree of freedom has zeros in its second row
 /// and an identity there in `noise`.
@@ -69,13 +47,13 @@ pub struct Linearised<T> {
 }
 
 impl<T: Real> Linearised<T> {
-    pub(super) fn is_finite(&self) -> bool {
+    pub(in crate::slam) fn is_finite(&self) -> bool {
         let jacobians = self.by_robot.iter().chain(&self.by_mount).chain(&self.by_landmark);
         self.innovation.iter().chain(&self.noise).chain(jacobians).all(|value| value.is_finite())
     }
 
     /// The columns of H, for a landmark at `offset` of the state.
-    pub(super) fn rows(&self, offset: usize, form: Form, with_mount: bool) -> Rows<T> {
+    pub(in crate::slam) fn rows(&self, offset: usize, form: Form, with_mount: bool) -> Rows<T> {
         let mut rows = Rows::new();
         let robot = &self.by_robot;
         let heading = Matrix2::new(T::zero(), robot.m13, T::zero(), robot.m23);
@@ -93,13 +71,13 @@ impl<T: Real> Linearised<T> {
 
 /// A landmark as the robot sees it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Relative<T> {
+pub(in crate::slam) struct Relative<T> {
     /// cos θ, sin θ.
-    pub(super) heading: (T, T),
+    pub(in crate::slam) heading: (T, T),
     /// l − p or a − p, in the world's directions.
-    pub(super) offset: Vector2<T>,
+    pub(in crate::slam) offset: Vector2<T>,
     /// (φ, ρ) of an inverse-distance landmark.
-    pub(super) ray: Option<(T, T)>,
+    pub(in crate::slam) ray: Option<(T, T)>,
 }
 
 /// A point in the robot's frame with its Jacobians.
@@ -119,7 +97,7 @@ impl<T: Real> Relative<T> {
     }
 
     /// d, or `None` for an inverse-distance landmark without a finite distance.
-    pub(super) fn point(&self) -> Option<Vector2<T>> {
+    pub(in crate::slam) fn point(&self) -> Option<Vector2<T>> {
         self.sight(false).map(|sight| sight.point)
     }
 
@@ -161,7 +139,7 @@ impl<T: Real> Relative<T> {
 }
 
 /// h(d), ∂h/∂d and ∂h/∂mount.
-pub(super) struct Prediction<T> {
+pub(in crate::slam) struct Prediction<T> {
     value: Vector2<T>,
     by_point: Matrix2<T>,
     by_mount: Matrix2x4<T>,
@@ -169,7 +147,7 @@ pub(super) struct Prediction<T> {
 
 /// Linearises `measurement` of the landmark `now`, with the Jacobians taken at `at` (the same, or the first
 /// estimates). `None` where the model has no value there: the landmark on the robot, or behind the camera.
-pub(super) fn linearise<T: Real>(
+pub(in crate::slam) fn linearise<T: Real>(
     measurement: &Measurement<T>,
     now: &Relative<T>,
     at: &Relative<T>,

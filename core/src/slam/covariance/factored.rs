@@ -14,13 +14,13 @@
 //! Source: G. J. Bierman, "Factorization Methods for Discrete Sequential Estimation", 1977, chapters III and V.
 //! The recursions run along rows, which are contiguous, and not along columns as they are printed.
 #![allow(clippy::indexing_slicing, reason = "kernel: all vectors are sliced to the triangle's size first")]
-use super::model::Row;
-use super::triangle::{Triangle, TriangleRef};
 use crate::Real;
+use crate::slam::covariance::Row;
+use crate::slam::covariance::triangle::{Triangle, TriangleRef};
 use nalgebra::{Matrix2, Matrix3, Matrix3x4, Vector2};
 
 /// P → U, D in place.
-pub(super) fn factorise<T: Real>(p: &mut Triangle<'_, T>) {
+pub(in crate::slam) fn factorise<T: Real>(p: &mut Triangle<'_, T>) {
     for pivot in (0..p.size).rev() {
         let d = p.at(pivot, pivot);
         for row in 0..pivot {
@@ -37,7 +37,7 @@ pub(super) fn factorise<T: Real>(p: &mut Triangle<'_, T>) {
 }
 
 /// One entry of U D Uᵀ.
-pub(super) fn covariance_at<T: Real>(u: TriangleRef<'_, T>, row: usize, column: usize) -> T {
+pub(in crate::slam) fn covariance_at<T: Real>(u: TriangleRef<'_, T>, row: usize, column: usize) -> T {
     let unit = |i: usize, k: usize| if i == k { T::one() } else { u.at(i, k) };
     let mut sum = T::zero();
     for k in row.max(column)..u.size {
@@ -47,7 +47,7 @@ pub(super) fn covariance_at<T: Real>(u: TriangleRef<'_, T>, row: usize, column: 
 }
 
 /// (12) on the factors.
-pub(super) fn predict<T: Real>(u: &mut Triangle<'_, T>, shift: [T; 2], noise: &Matrix3<T>) {
+pub(in crate::slam) fn predict<T: Real>(u: &mut Triangle<'_, T>, shift: [T; 2], noise: &Matrix3<T>) {
     let [along_x, along_y, along_heading] = u.robot_rows_mut();
     for ((x, y), heading) in along_x.iter_mut().zip(along_y).zip(along_heading) {
         *x += shift[0] * *heading;
@@ -68,8 +68,12 @@ pub(super) fn predict<T: Real>(u: &mut Triangle<'_, T>, shift: [T; 2], noise: &M
     u.size = size;
 }
 
-/// P ← F P Fᵀ on the factors, as [`packed::predict_mount`](super::packed::predict_mount): rows F U.
-pub(super) fn predict_mount<T: Real>(u: &mut Triangle<'_, T>, mount: usize, by_mount: &Matrix3x4<T>) {
+/// P ← F P Fᵀ on the factors, as [`packed::predict_mount`](crate::slam::covariance::packed::predict_mount): rows F U.
+pub(in crate::slam) fn predict_mount<T: Real>(
+    u: &mut Triangle<'_, T>,
+    mount: usize,
+    by_mount: &Matrix3x4<T>,
+) {
     for i in 0..3 {
         for column in mount..u.size {
             let mut gained = T::zero();
@@ -101,7 +105,11 @@ fn entries<T: Real>(rows: &[Row<T>], which: usize) -> impl Iterator<Item = (usiz
 }
 
 /// f = Uᵀ hᵀ for the two rows of H, and H P Hᵀ.
-pub(super) fn innovation<T: Real>(u: TriangleRef<'_, T>, rows: &[Row<T>], out: [&mut [T]; 2]) -> Matrix2<T> {
+pub(in crate::slam) fn innovation<T: Real>(
+    u: TriangleRef<'_, T>,
+    rows: &[Row<T>],
+    out: [&mut [T]; 2],
+) -> Matrix2<T> {
     let [first, second] = out;
     project(u, entries(rows, 0), first);
     project(u, entries(rows, 1), second);
@@ -151,7 +159,7 @@ fn decorrelate<T: Real>(noise: &Matrix2<T>) -> (T, T, T) {
 }
 
 /// (13) on the factors; δ is carried on.
-pub(super) fn update<T: Real>(
+pub(in crate::slam) fn update<T: Real>(
     u: &mut Triangle<'_, T>,
     rows: &[Row<T>],
     noise: &Matrix2<T>,
@@ -208,7 +216,7 @@ fn add<T: Real>(u: &mut Triangle<'_, T>, size: usize, x: &mut [T], v: &mut [T], 
 }
 
 /// The invariant filter's reset, P ← A P Aᵀ with A = I + a e_θᵀ. `lever` is a; all vectors are spoilt.
-pub(super) fn reset<T: Real>(u: &mut Triangle<'_, T>, lever: &mut [T], f: &mut [T], v: &mut [T]) {
+pub(in crate::slam) fn reset<T: Real>(u: &mut Triangle<'_, T>, lever: &mut [T], f: &mut [T], v: &mut [T]) {
     let heading = core::iter::once((2, T::one()));
     project(u.view(), heading, f);
     let variance = scalar(u, f, v, T::zero());
@@ -222,7 +230,7 @@ pub(super) fn reset<T: Real>(u: &mut Triangle<'_, T>, lever: &mut [T], f: &mut [
 }
 
 /// Appends two states y = G x + noise.
-pub(super) fn append<T: Real>(
+pub(in crate::slam) fn append<T: Real>(
     u: &mut Triangle<'_, T>,
     rows: &[Row<T>],
     noise: &Matrix2<T>,
@@ -250,7 +258,12 @@ fn append_one<T: Real>(u: &mut Triangle<'_, T>, f: &mut [T], v: &mut [T], noise:
 }
 
 /// Takes `length` states from `from` out.
-pub(super) fn remove<T: Real>(u: &mut Triangle<'_, T>, from: usize, length: usize, work: [&mut [T]; 2]) {
+pub(in crate::slam) fn remove<T: Real>(
+    u: &mut Triangle<'_, T>,
+    from: usize,
+    length: usize,
+    work: [&mut [T]; 2],
+) {
     let [x, v] = work;
     // Those after them do not depend on them; those before carry their share.
     for k in (from..from + length).rev() {

@@ -22,20 +22,20 @@ mod upkeep;
 
 pub use config::{Feature, Hint, MapConfig, MapReport, Pairing, View};
 
-use super::filter::Filter;
-use super::health::Health;
-use super::landmark::Landmark;
-use super::update::{Decision, Outcome};
+use crate::slam::filter::Filter;
+use crate::slam::filter::{Decision, Outcome};
+use crate::slam::health::Health;
+use crate::slam::landmark::Landmark;
 use crate::{Error, Real, Result};
 
 /// The filter with its map's upkeep: measurements without names in, decisions out.
 #[derive(Clone, Copy, Debug)]
 pub struct Map<T, S, L> {
-    pub(super) filter: Filter<T, S, L>,
+    pub(in crate::slam) filter: Filter<T, S, L>,
     config: MapConfig<T>,
-    pub(super) health: Health<T>,
-    pub(super) next_id: u32,
-    pub(super) frame: u32,
+    pub(in crate::slam) health: Health<T>,
+    pub(in crate::slam) next_id: u32,
+    pub(in crate::slam) frame: u32,
 }
 
 /// Measurements of a frame; those beyond it are rejected and counted.

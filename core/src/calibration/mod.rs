@@ -36,7 +36,7 @@ pub use drive::{DriveStep, TrackedPoint, fit_drive};
 pub use points::{KnownPoint, PointNoise, fit_points, fit_points_robustly, point_residual};
 pub use verticals::{VerticalEdge, fit_verticals};
 
-use super::{MOUNT_PARAMETERS, Mount};
+use crate::geometry::{MOUNT_PARAMETERS, Mount};
 use crate::{Error, Result};
 use nalgebra::{Matrix4, Vector4};
 

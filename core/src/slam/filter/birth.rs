@@ -7,13 +7,13 @@
 //! with Σ_d = D⁻¹ R_z D⁻ᵀ: the newborn is correlated with the robot and with every landmark from the start, and no
 //! huge prior is ever written down.
 #![allow(clippy::indexing_slicing, reason = "kernel: offsets come from the filter's own records")]
-use super::factored;
-use super::filter::{Covariance, Filter, Variant};
-use super::landmark::{Form, Landmark, Status};
-use super::measurement::Measurement;
-use super::model::{Row, Rows};
-use super::packed;
 use crate::geometry::range_bearing_by_floor;
+use crate::slam::covariance::factored;
+use crate::slam::covariance::packed;
+use crate::slam::covariance::{Row, Rows};
+use crate::slam::filter::{Covariance, Filter, Variant};
+use crate::slam::landmark::{Form, Landmark, Status};
+use crate::slam::models::Measurement;
 use crate::{Error, Real, Result};
 use nalgebra::{Matrix2, Matrix2x4, Vector2};
 
@@ -194,7 +194,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                 let (first, second) = (&mut first[..size], &mut rest[..size]);
                 packed::times(parts.p.view(), rows, [first, second]);
                 let (left, right) =
-                    (super::update::product(rows, first), super::update::product(rows, second));
+                    (crate::slam::filter::update::product(rows, first), super::update::product(rows, second));
                 let coupling = (left.y + right.x) * T::lit(0.5);
                 let own = Matrix2::new(left.x, coupling, coupling, right.y) + noise;
                 packed::append(&mut parts.p, [first, second], &own);
@@ -291,7 +291,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
 
     /// Where a measurement's landmark would lie, for passing over landmarks that are far from it; `None` where it fixes no
     /// point.
-    pub(super) fn nearby(&self, measurement: &Measurement<T>) -> Option<Nearby<T>> {
+    pub(in crate::slam) fn nearby(&self, measurement: &Measurement<T>) -> Option<Nearby<T>> {
         let Seed { point, covariance, by_mount } = self.seed(measurement).ok()?;
         let heading = self.covariance_at(2, 2) * point.norm_squared();
         let mount = self.mount_error_covariance();
@@ -300,7 +300,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     }
 
     /// Trace of the covariance of a landmark's position less the robot's.
-    pub(super) fn relative_variance(&self, landmark: &Landmark<T>) -> T {
+    pub(in crate::slam) fn relative_variance(&self, landmark: &Landmark<T>) -> T {
         let at = |row, column| self.covariance_at(row, column);
         let along =
             |robot, landmark| at(robot, robot) + at(landmark, landmark) - T::lit(2.0) * at(robot, landmark);
@@ -308,7 +308,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     }
 
     /// The difference of two measurements made at once, squared and by their noise; `None` where one has no point.
-    pub(super) fn difference_nis(&self, a: &Measurement<T>, b: &Measurement<T>) -> Option<T> {
+    pub(in crate::slam) fn difference_nis(&self, a: &Measurement<T>, b: &Measurement<T>) -> Option<T> {
         let (a, b) = (self.seed(a).ok()?, self.seed(b).ok()?);
         crate::association::normalised_square(&(a.point - b.point), &(a.covariance + b.covariance))
     }
@@ -337,7 +337,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
 }
 
 /// Where a measurement's landmark would lie in the robot's frame.
-pub(super) struct Nearby<T> {
+pub(in crate::slam) struct Nearby<T> {
     point: Vector2<T>,
     variance: T,
 }
@@ -346,7 +346,7 @@ impl<T: Real> Nearby<T> {
     /// Whether a landmark in sight at `point`, of this variance relative to the robot, is beyond `nis` for certain: no
     /// eigenvalue of the difference's covariance is above the noise's trace and three times those of the three parts that
     /// are correlated (Cauchy's inequality).
-    pub(super) fn excludes(&self, point: &Vector2<T>, relative: T, nis: T) -> bool {
+    pub(in crate::slam) fn excludes(&self, point: &Vector2<T>, relative: T, nis: T) -> bool {
         // Twice the bound, for what linearisation leaves out.
         (self.point - point).norm_squared() > T::lit(2.0) * nis * (self.variance + T::lit(3.0) * relative)
     }

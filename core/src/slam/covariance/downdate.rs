@@ -21,8 +21,8 @@
 //!
 //! Every entry gets the same sum in the same order in either way and at any width, to the bit.
 #![allow(clippy::indexing_slicing, reason = "kernel: all vectors are sliced to the triangle's size first")]
-use super::triangle::Triangle;
 use crate::Real;
+use crate::slam::covariance::triangle::Triangle;
 use crate::vectors::{in_powers, widest_of_three};
 use core::array::from_fn;
 use core::ops::Range;
@@ -32,7 +32,11 @@ const BAND: usize = 16;
 
 /// P ← P − Σ w wᵀ (+ a bᵀ + b aᵀ).
 #[inline(never)]
-pub(super) fn downdate<T: Real>(p: &mut Triangle<'_, T>, pairs: &[[&[T]; 2]], reset: Option<[&[T]; 2]>) {
+pub(in crate::slam) fn downdate<T: Real>(
+    p: &mut Triangle<'_, T>,
+    pairs: &[[&[T]; 2]],
+    reset: Option<[&[T]; 2]>,
+) {
     widest_of_three(
         (p, pairs, reset),
         #[inline(always)]
@@ -151,7 +155,7 @@ fn step<T: Real, const N: usize, const TURN: bool>(f: [T; N], v: [T; N]) -> T {
 }
 
 #[inline(always)]
-pub(super) fn two<T: Real>([f, g]: [T; 2], [u, v]: [T; 2]) -> T {
+pub(in crate::slam) fn two<T: Real>([f, g]: [T; 2], [u, v]: [T; 2]) -> T {
     f * u + g * v
 }
 
@@ -209,7 +213,7 @@ macro_rules! rows_of {
         /// apart, for its size.
         #[cfg_attr(target_arch = "x86_64", inline)]
         #[cfg_attr(not(target_arch = "x86_64"), inline(never))]
-        pub(super) fn $pair<T: Real, const TURN: bool, const COPY: usize>(
+        pub(in crate::slam) fn $pair<T: Real, const TURN: bool, const COPY: usize>(
             upper: &mut [T],
             lower: &mut [T],
             [above, below]: [[T; $count]; 2],
@@ -236,7 +240,7 @@ rows_of!(rows_of_two, two_rows_of_two, 2, two, u v, turned v u);
 rows_of!(rows_of_four, two_rows_of_four, 4, four::<T, TURN>, u v s t, turned u v t s);
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(in crate::slam) mod tests {
     use super::*;
     use std::vec::Vec;
 

@@ -4,23 +4,23 @@
 //! |---|---|---|
 //! | predict | 4n flops | the robot's rows |
 //! | P Hᵀ of one landmark | 20n flops | five rows |
-//! | [downdate](super::downdate) by k landmarks, reset | (4k + 4)·n²/2 flops | every entry once |
+//! | [downdate](crate::slam::covariance::downdate) by k landmarks, reset | (4k + 4)·n²/2 flops | every entry once |
 //! | rounding's cover | 4 flops a sighting | the landmark's two variances |
 //!
 //! A frame's landmarks are downdated together, P ← P − Σ w wᵀ with w = P Hᵀ L⁻ᵀ, S = L Lᵀ: one pass over the
-//! memory for up to [`BATCH`](super::filter::BATCH) of them, and the invariant filter's reset rides on the same
+//! memory for up to [`BATCH`](crate::slam::filter::BATCH) of them, and the invariant filter's reset rides on the same
 //! pass. Every sum is elementwise, so vector instructions of any width do not change a bit, and a host takes the widest
 //! that its processor has ([`widest`]).
 #![allow(clippy::indexing_slicing, reason = "kernel: all vectors are sliced to the triangle's size first")]
-use super::downdate::{two, two_rows_of_two};
-use super::model::Row;
-use super::triangle::{Triangle, TriangleRef};
 use crate::Real;
+use crate::slam::covariance::Row;
+use crate::slam::covariance::downdate::{two, two_rows_of_two};
+use crate::slam::covariance::triangle::{Triangle, TriangleRef};
 use crate::vectors::{widest, widest_of_three};
 use nalgebra::{Matrix2, Matrix3, Matrix3x4, Matrix4};
 
 /// P ← F P Fᵀ + Q, F = I + (shift) e_θᵀ: the prediction (12), of the robot's rows alone.
-pub(super) fn predict<T: Real>(p: &mut Triangle<'_, T>, shift: [T; 2], noise: &Matrix3<T>) {
+pub(in crate::slam) fn predict<T: Real>(p: &mut Triangle<'_, T>, shift: [T; 2], noise: &Matrix3<T>) {
     widest((p.robot_rows_mut(), shift), shift_rows, shift_rows);
     let (p02, p12, p22) = (p.at(0, 2), p.at(1, 2), p.at(2, 2));
     let two = T::lit(2.0);
@@ -41,7 +41,11 @@ fn shift_rows<T: Real>(([along_x, along_y, along_heading], shift): ([&mut [T]; 3
 }
 
 /// P ← F P Fᵀ, F = I + G in the robot's rows and the columns of the mount, which begin at `mount`.
-pub(super) fn predict_mount<T: Real>(p: &mut Triangle<'_, T>, mount: usize, by_mount: &Matrix3x4<T>) {
+pub(in crate::slam) fn predict_mount<T: Real>(
+    p: &mut Triangle<'_, T>,
+    mount: usize,
+    by_mount: &Matrix3x4<T>,
+) {
     let at = |p: &Triangle<'_, T>, i: usize, j: usize| p.at(i.min(j), i.max(j));
     let shared = Matrix3x4::from_fn(|i, j| p.at(i, mount + j));
     let own = Matrix4::from_fn(|i, j| at(p, mount + i, mount + j));
@@ -60,7 +64,7 @@ pub(super) fn predict_mount<T: Real>(p: &mut Triangle<'_, T>, mount: usize, by_m
 
 /// The two columns of P Hᵀ.
 #[inline(never)]
-pub(super) fn times<T: Real>(p: TriangleRef<'_, T>, rows: &[Row<T>], out: [&mut [T]; 2]) {
+pub(in crate::slam) fn times<T: Real>(p: TriangleRef<'_, T>, rows: &[Row<T>], out: [&mut [T]; 2]) {
     widest_of_three(
         (p, rows, out),
         #[inline(always)]
@@ -99,7 +103,7 @@ fn add_columns<T: Real, const COPY: usize>(
 }
 
 /// A row of P Hᵀ, given the row's entries in two columns side by side.
-pub(super) fn times_row<T: Real>(side_by_side: impl Fn(usize) -> [T; 2], h: &[Row<T>]) -> [T; 2] {
+pub(in crate::slam) fn times_row<T: Real>(side_by_side: impl Fn(usize) -> [T; 2], h: &[Row<T>]) -> [T; 2] {
     h.iter().fold([T::zero(); 2], |[first, second], pair| {
         let ([left, right], [[a0, a1], [b0, b1]]) = (side_by_side(pair.column), pair.coefficients);
         [first + (a0 * left + a1 * right), second + (b0 * left + b1 * right)]
@@ -107,7 +111,7 @@ pub(super) fn times_row<T: Real>(side_by_side: impl Fn(usize) -> [T; 2], h: &[Ro
 }
 
 /// H P Gᵀ of two sparse pairs of rows, what joint compatibility and a gate need, given the rows of P Gᵀ.
-pub(super) fn cross<T: Real>(h: &[Row<T>], times_row: impl Fn(usize) -> [T; 2]) -> Matrix2<T> {
+pub(in crate::slam) fn cross<T: Real>(h: &[Row<T>], times_row: impl Fn(usize) -> [T; 2]) -> Matrix2<T> {
     h.iter().fold(Matrix2::zeros(), |sum, pair| {
         let [left, right] = [times_row(pair.column), times_row(pair.column + 1)];
         sum + pair.matrix() * Matrix2::new(left[0], left[1], right[0], right[1])
@@ -122,7 +126,7 @@ pub(super) fn cross<T: Real>(h: &[Row<T>], times_row: impl Fn(usize) -> [T; 2]) 
 /// to a millimetre. The errors grow with the matrix: over 50,000 frames that see every landmark, half an ε a sighting kept P
 /// positive with 20 landmarks, and with 60 it took two. It is a process noise, of 8e-8 m² a sighting for a landmark known to
 /// 1 m in a map of 20; of `f64` nothing is seen. `cargo test -p monorange-tests --release --test slam_limits` is the check.
-pub(super) fn cover_rounding<T: Real>(p: &mut Triangle<'_, T>, offset: usize, count: usize) {
+pub(in crate::slam) fn cover_rounding<T: Real>(p: &mut Triangle<'_, T>, offset: usize, count: usize) {
     let share = T::default_epsilon() * T::lit(p.size as f64 / 64.0);
     for at in offset..offset + count {
         let variance = p.at(at, at);
@@ -131,7 +135,7 @@ pub(super) fn cover_rounding<T: Real>(p: &mut Triangle<'_, T>, offset: usize, co
 }
 
 /// Appends two states y = G x + noise, given the columns of P Gᵀ.
-pub(super) fn append<T: Real>(p: &mut Triangle<'_, T>, pgt: [&[T]; 2], own: &Matrix2<T>) {
+pub(in crate::slam) fn append<T: Real>(p: &mut Triangle<'_, T>, pgt: [&[T]; 2], own: &Matrix2<T>) {
     let size = p.size;
     p.size += 2;
     for (row, (first, second)) in pgt[0].iter().zip(pgt[1]).enumerate() {
@@ -146,7 +150,7 @@ pub(super) fn append<T: Real>(p: &mut Triangle<'_, T>, pgt: [&[T]; 2], own: &Mat
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::slam::downdate::tests::{bits, numbers};
+    use crate::slam::covariance::downdate::tests::{bits, numbers};
     use std::vec;
 
     #[test]

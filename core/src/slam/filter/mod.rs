@@ -1,30 +1,34 @@
-//! The filter's state, its configuration, and the prediction.
+//! The filter's state in its storage; predict, update, births and what can be read are files of their own.
+pub(in crate::slam) mod birth;
 mod config;
+mod predict;
 mod read;
+pub(in crate::slam) mod update;
 
 pub use config::{Covariance, FilterConfig, Variant};
+pub use update::{Decision, Observation, Outcome};
 
-use super::factored;
-use super::landmark::{Form, Landmark};
-use super::measurement::Measurement;
-use super::model::{Linearised, Relative, Row, Rows, linearise};
-use super::motion::Increment;
-use super::packed;
-use super::triangle::{Triangle, TriangleRef, packed_len};
 use crate::association::Gate;
 use crate::geometry::{Pose, RangeFinder, wrap_angle};
+use crate::slam::covariance::factored;
+use crate::slam::covariance::triangle::{Triangle, TriangleRef, packed_len};
+use crate::slam::covariance::{Row, Rows};
+use crate::slam::landmark::{Form, Landmark};
+use crate::slam::models::Increment;
+use crate::slam::models::Measurement;
+use crate::slam::models::linearise::{Linearised, Relative, linearise};
 use crate::{Error, Real, Result};
 use core::marker::PhantomData;
-use nalgebra::{Matrix2, Matrix3, Matrix3x4, Vector2};
+use nalgebra::{Matrix2, Matrix3, Vector2};
 
 /// Landmarks whose downdates share one pass over the covariance.
-pub(super) const BATCH: usize = 4;
+pub(in crate::slam) const BATCH: usize = 4;
 /// Working vectors: two for every landmark of a batch, the correction, and two for the reset.
 const WORK: usize = 2 * BATCH + 3;
 /// Vectors beside the covariance: the state, its rounding errors, first estimates, and the working ones.
 const VECTORS: usize = 3 + WORK;
 /// States before the landmarks: the robot's.
-pub(super) const ROBOT: usize = 3;
+pub(in crate::slam) const ROBOT: usize = 3;
 /// The mount's.
 const MOUNT: usize = 4;
 
@@ -69,30 +73,30 @@ pub const fn storage_len(states: usize) -> usize {
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Filter<T, S, L> {
-    pub(super) config: FilterConfig<T>,
+    pub(in crate::slam) config: FilterConfig<T>,
     storage: S,
-    pub(super) landmarks: L,
-    pub(super) count: usize,
+    pub(in crate::slam) landmarks: L,
+    pub(in crate::slam) count: usize,
     capacity: usize,
-    pub(super) size: usize,
-    pub(super) time: f64,
+    pub(in crate::slam) size: usize,
+    pub(in crate::slam) time: f64,
     /// The pose as predicted, where first-estimates Jacobians are taken.
-    pub(super) first_pose: [T; 3],
+    pub(in crate::slam) first_pose: [T; 3],
     scalar: PhantomData<T>,
 }
 
 /// The storage, cut into its parts.
-pub(super) struct Parts<'a, T> {
+pub(in crate::slam) struct Parts<'a, T> {
     /// The state.
-    pub(super) x: &'a mut [T],
+    pub(in crate::slam) x: &'a mut [T],
     /// What rounding has taken from the state: x + rounding is the state to twice the digits.
-    pub(super) rounding: &'a mut [T],
+    pub(in crate::slam) rounding: &'a mut [T],
     /// First estimates.
-    pub(super) first: &'a mut [T],
+    pub(in crate::slam) first: &'a mut [T],
     /// Working vectors.
-    pub(super) work: &'a mut [T],
+    pub(in crate::slam) work: &'a mut [T],
     /// P, or U and D.
-    pub(super) p: Triangle<'a, T>,
+    pub(in crate::slam) p: Triangle<'a, T>,
 }
 
 impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landmark<T>]>> Filter<T, S, L> {
@@ -159,7 +163,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     }
 
     /// States before the landmarks'.
-    pub(super) fn start(&self) -> usize {
+    pub(in crate::slam) fn start(&self) -> usize {
         if self.config.mount_std.is_some() { ROBOT + MOUNT } else { ROBOT }
     }
 
@@ -173,68 +177,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         self.config.gate = gate;
     }
 
-    /// Predicts the robot's motion up to `time` seconds: (8), (12). O(n).
-    ///
-    /// # Errors
-    /// [`Error::TimeBackwards`]; [`Error::OutOfRange`] for a number that is not finite or a negative variance.
-    pub fn predict(&mut self, time: f64, increment: &Increment<T>) -> Result<()> {
-        self.check_time(time)?;
-        increment.check()?;
-        let (variant, form, first) = (self.config.variant, self.config.covariance, self.first_pose);
-        let pose = self.pose();
-        let rotation = pose.rotation();
-        let shift = rotation * increment.delta.xy();
-        let mut parts = self.parts();
-        for (index, step) in [shift.x, shift.y, increment.delta.z].into_iter().enumerate() {
-            parts.add(index, step);
-        }
-        parts.wrap_heading();
-        let [x, y, heading] = parts.robot();
-        let lever = match variant {
-            Variant::FirstEstimates => Vector2::new(x - first[0], y - first[1]),
-            Variant::Invariant | Variant::Textbook => shift,
-        };
-        let turn = rotation.to_homogeneous();
-        let noise = turn * increment.covariance * turn.transpose();
-        match form {
-            Covariance::Packed => packed::predict(&mut parts.p, [-lever.y, lever.x], &noise),
-            Covariance::Factored => factored::predict(&mut parts.p, [-lever.y, lever.x], &noise),
-        }
-        self.first_pose = [x, y, heading];
-        self.time = time;
-        Ok(())
-    }
-
-    /// As [`predict`](Self::predict), of a step that the camera measured: `by_mount` is its derivative with respect to the
-    /// mount's height, tilt, roll and yaw. Where their errors are states, the robot's rows get their share of them;
-    /// elsewhere this is [`predict`](Self::predict).
-    ///
-    /// # Errors
-    /// As [`predict`](Self::predict).
-    pub fn predict_seen(
-        &mut self,
-        time: f64,
-        increment: &Increment<T>,
-        by_mount: &Matrix3x4<T>,
-    ) -> Result<()> {
-        if !by_mount.iter().all(|value| value.is_finite()) {
-            let expected = "finite";
-            return Err(Error::OutOfRange { name: "by_mount", value: f64::NAN, expected });
-        }
-        let turn = self.pose().rotation().to_homogeneous();
-        self.predict(time, increment)?;
-        if self.config.mount_std.is_some() {
-            let (form, by_mount) = (self.config.covariance, turn * by_mount);
-            let mut p = self.parts().p;
-            match form {
-                Covariance::Packed => packed::predict_mount(&mut p, ROBOT, &by_mount),
-                Covariance::Factored => factored::predict_mount(&mut p, ROBOT, &by_mount),
-            }
-        }
-        Ok(())
-    }
-
-    pub(super) fn check_time(&self, time: f64) -> Result<()> {
+    pub(in crate::slam) fn check_time(&self, time: f64) -> Result<()> {
         if time >= self.time && time.is_finite() {
             return Ok(());
         }
@@ -242,13 +185,13 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     }
 
     /// Cuts the storage into its parts.
-    pub(super) fn parts(&mut self) -> Parts<'_, T> {
+    pub(in crate::slam) fn parts(&mut self) -> Parts<'_, T> {
         self.parts_and_landmarks().0
     }
 
     /// As [`parts`](Self::parts), with the records beside them.
     #[allow(clippy::indexing_slicing, reason = "the capacity was computed from the length")]
-    pub(super) fn parts_and_landmarks(&mut self) -> (Parts<'_, T>, &[Landmark<T>]) {
+    pub(in crate::slam) fn parts_and_landmarks(&mut self) -> (Parts<'_, T>, &[Landmark<T>]) {
         let n = self.capacity;
         let (vectors, p) = self.storage.as_mut().split_at_mut(VECTORS * n);
         let (x, vectors) = vectors.split_at_mut(n);
@@ -259,31 +202,31 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     }
 
     #[allow(clippy::indexing_slicing, reason = "the capacity was computed from the length")]
-    pub(super) fn triangle(&self) -> TriangleRef<'_, T> {
+    pub(in crate::slam) fn triangle(&self) -> TriangleRef<'_, T> {
         let n = self.capacity;
         TriangleRef::new(&self.storage.as_ref()[VECTORS * n..], n, self.size)
     }
 
     /// The state, rounded.
     #[allow(clippy::indexing_slicing, reason = "offsets come from the filter's own records")]
-    pub(super) fn x(&self, index: usize) -> T {
+    pub(in crate::slam) fn x(&self, index: usize) -> T {
         self.storage.as_ref()[index]
     }
 
     /// x[i] − x[j], free of what rounding takes from either far from the origin.
     #[allow(clippy::indexing_slicing, reason = "offsets come from the filter's own records")]
-    pub(super) fn difference(&self, i: usize, j: usize) -> T {
+    pub(in crate::slam) fn difference(&self, i: usize, j: usize) -> T {
         let (all, n) = (self.storage.as_ref(), self.capacity);
         (all[i] - all[j]) + (all[n + i] - all[n + j])
     }
 
     #[allow(clippy::indexing_slicing, reason = "offsets come from the filter's own records")]
-    pub(super) fn first(&self, index: usize) -> T {
+    pub(in crate::slam) fn first(&self, index: usize) -> T {
         self.storage.as_ref()[2 * self.capacity + index]
     }
 
     /// ∂position/∂(the landmark's numbers).
-    pub(super) fn position_rows(&self, landmark: &Landmark<T>) -> Rows<T> {
+    pub(in crate::slam) fn position_rows(&self, landmark: &Landmark<T>) -> Rows<T> {
         let mut rows = Rows::new();
         let _ = rows.push(Row::new(landmark.offset, Matrix2::identity()));
         if landmark.form == Form::InverseDistance {
@@ -301,13 +244,13 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     }
 
     /// cos θ, sin θ.
-    pub(super) fn heading(&self) -> (T, T) {
+    pub(in crate::slam) fn heading(&self) -> (T, T) {
         let (sin, cos) = self.x(2).sin_cos();
         (cos, sin)
     }
 
     /// The landmark as the robot sees it now; `heading` is [`heading`](Self::heading)'s.
-    pub(super) fn relative_at(&self, landmark: &Landmark<T>, heading: (T, T)) -> Relative<T> {
+    pub(in crate::slam) fn relative_at(&self, landmark: &Landmark<T>, heading: (T, T)) -> Relative<T> {
         let at = landmark.offset;
         let offset = Vector2::new(self.difference(at, 0), self.difference(at + 1, 1));
         let inverse = landmark.form == Form::InverseDistance;
@@ -315,7 +258,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     }
 
     /// The measurement of a landmark, linearised about the present state.
-    pub(super) fn linearise(
+    pub(in crate::slam) fn linearise(
         &self,
         landmark: &Landmark<T>,
         heading: (T, T),
@@ -352,7 +295,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
 
 /// x += steps, keeping what rounding takes.
 #[inline(always)]
-pub(super) fn add_steps<T: Real>((x, rounding, steps): (&mut [T], &mut [T], &[T])) {
+pub(in crate::slam) fn add_steps<T: Real>((x, rounding, steps): (&mut [T], &mut [T], &[T])) {
     for ((value, rounding), step) in x.iter_mut().zip(rounding).zip(steps) {
         // Fast-two-sum needs no ordering this way round (Knuth's two-sum).
         let (old, step) = (*value, *rounding + *step);
@@ -366,12 +309,12 @@ pub(super) fn add_steps<T: Real>((x, rounding, steps): (&mut [T], &mut [T], &[T]
 impl<T: Real> Parts<'_, T> {
     /// x[index] += step, keeping what rounding takes.
     #[allow(clippy::indexing_slicing, reason = "index < size")]
-    pub(super) fn add(&mut self, index: usize, step: T) {
+    pub(in crate::slam) fn add(&mut self, index: usize, step: T) {
         add_steps((&mut self.x[index..=index], &mut self.rounding[index..=index], &[step]));
     }
 
     #[allow(clippy::indexing_slicing, reason = "a filter has a robot")]
-    pub(super) fn wrap_heading(&mut self) {
+    pub(in crate::slam) fn wrap_heading(&mut self) {
         let wrapped = wrap_angle(self.x[2]);
         if wrapped != self.x[2] {
             self.x[2] = wrapped;
@@ -379,7 +322,7 @@ impl<T: Real> Parts<'_, T> {
     }
 
     #[allow(clippy::indexing_slicing, reason = "a filter has a robot")]
-    pub(super) fn robot(&self) -> [T; 3] {
+    pub(in crate::slam) fn robot(&self) -> [T; 3] {
         [self.x[0], self.x[1], self.x[2]]
     }
 }

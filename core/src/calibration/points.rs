@@ -23,7 +23,7 @@ pub struct KnownPoint {
 impl KnownPoint {
     /// A point known by its place (X, Y) in the robot's frame, m.
     pub fn from_place(pixel: Vector2<f64>, point_in_robot: Vector2<f64>) -> Self {
-        let (range, bearing) = super::super::range_bearing_from_floor(point_in_robot);
+        let (range, bearing) = crate::geometry::range_bearing_from_floor(point_in_robot);
         Self { pixel, range_bearing: Vector2::new(range, bearing) }
     }
 }
@@ -54,7 +54,7 @@ impl Default for PointNoise {
 ///
 /// ```
 /// use monorange_core::geometry::{Camera, Mount, RangeFinder};
-/// use monorange_core::geometry::mount_fit::{Fitted, KnownPoint, PointNoise, fit_points};
+/// use monorange_core::calibration::{Fitted, KnownPoint, PointNoise, fit_points};
 /// use nalgebra::Vector2;
 /// let camera = Camera::new(320, 240, [365.0, 365.0], [160.0, 120.0], 0.0, Default::default())?;
 /// let truth = RangeFinder::new(camera, Mount::new([0.4, 0.2, 0.01, 0.02, 0.0, 0.0])?);

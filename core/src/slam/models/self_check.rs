@@ -22,10 +22,10 @@
 //! let check = check_jacobians(&at, Form::Point, linearise).unwrap();
 //! assert!(check.error < 1e-8, "{check:?}");
 //! ```
-use super::landmark::Form;
-use super::model::Linearised;
 use crate::Real;
 use crate::geometry::Pose;
+use crate::slam::landmark::Form;
+use crate::slam::models::Linearised;
 use nalgebra::{Vector2, Vector4};
 
 /// Where a measurement is linearised.
@@ -114,10 +114,10 @@ pub fn check_jacobians<T: Real>(
 
 #[cfg(test)]
 mod tests {
-    use super::super::measurement::Measurement;
-    use super::super::model::{self, Relative};
     use super::*;
     use crate::geometry::{Camera, Distortion, Mount, RangeFinder};
+    use crate::slam::models::Measurement;
+    use crate::slam::models::linearise::{self, Relative};
     use nalgebra::Matrix2;
 
     /// A camera with a lens, its mount off by `error` of height, tilt, roll and yaw.
@@ -141,7 +141,7 @@ mod tests {
         let (sin, cos) = at.pose.heading.sin_cos();
         let ray = (form == Form::InverseDistance).then(|| (at.landmark[2], at.landmark[3]));
         let now = Relative { heading: (cos, sin), offset: at.landmark.xy() - at.pose.position(), ray };
-        model::linearise(measurement, &now, &now, Some(&finder), as_point)
+        linearise::linearise(measurement, &now, &now, Some(&finder), as_point)
     }
 
     fn measurements() -> [Measurement<f64>; 5] {

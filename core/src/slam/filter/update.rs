@@ -15,15 +15,16 @@
 //! Kalman filter as a stable observer", 2017), in ordinary coordinates and in differences alone: nothing depends
 //! on where the origin is.
 #![allow(clippy::indexing_slicing, reason = "kernel: vectors have the filter's capacity, indices its size")]
-use super::downdate::downdate;
-use super::factored;
-use super::filter::{BATCH, Covariance, Filter, Parts, ROBOT, Variant, add_steps};
-use super::landmark::Landmark;
-use super::measurement::Measurement;
-use super::model::{Linearised, Row};
-use super::motion::arc_rotation;
-use super::packed;
 use crate::association::{Gate, cholesky, forward, inflation};
+use crate::slam::covariance::Row;
+use crate::slam::covariance::downdate::downdate;
+use crate::slam::covariance::factored;
+use crate::slam::covariance::packed;
+use crate::slam::filter::{BATCH, Covariance, Filter, Parts, ROBOT, Variant, add_steps};
+use crate::slam::landmark::Landmark;
+use crate::slam::models::Linearised;
+use crate::slam::models::Measurement;
+use crate::slam::models::arc_rotation;
 use crate::vectors::widest;
 use crate::{Error, Real, Result};
 use core::ops::Range;
@@ -107,7 +108,7 @@ impl<T: Real> Default for Outcome<T> {
 
 /// Corrections found and not yet made.
 #[derive(Debug, Default)]
-pub(super) struct Pending {
+pub(in crate::slam) struct Pending {
     /// Pairs of working vectors that wait for the next pass over the covariance.
     waiting: usize,
     /// Whether δ is in use.
@@ -115,11 +116,11 @@ pub(super) struct Pending {
 }
 
 /// A measurement ready to be absorbed.
-pub(super) struct Absorbed<'a, T> {
-    pub(super) innovation: Vector2<T>,
-    pub(super) noise: Matrix2<T>,
-    pub(super) dof: usize,
-    pub(super) rows: &'a [Row<T>],
+pub(in crate::slam) struct Absorbed<'a, T> {
+    pub(in crate::slam) innovation: Vector2<T>,
+    pub(in crate::slam) noise: Matrix2<T>,
+    pub(in crate::slam) dof: usize,
+    pub(in crate::slam) rows: &'a [Row<T>],
 }
 
 impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landmark<T>]>> Filter<T, S, L> {
@@ -201,7 +202,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         Ok(outcome)
     }
 
-    pub(super) fn slot(&self, id: u32) -> Result<usize> {
+    pub(in crate::slam) fn slot(&self, id: u32) -> Result<usize> {
         let records = self.landmarks();
         let called = |landmark: &Landmark<T>| landmark.id == id;
         // Where landmarks are numbered by their births, one is at its number, or before it when others have gone.
@@ -211,7 +212,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         found.ok_or(Error::UnknownLandmark { id })
     }
 
-    pub(super) fn absorb_landmark(
+    pub(in crate::slam) fn absorb_landmark(
         &mut self,
         slot: usize,
         linear: &Linearised<T>,
@@ -236,7 +237,11 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     }
 
     /// Adds one measurement's correction to what is pending.
-    pub(super) fn absorb(&mut self, measured: &Absorbed<'_, T>, pending: &mut Pending) -> Outcome<T> {
+    pub(in crate::slam) fn absorb(
+        &mut self,
+        measured: &Absorbed<'_, T>,
+        pending: &mut Pending,
+    ) -> Outcome<T> {
         let (gate, gate_nis, form) = (self.config.gate, self.config.gate_nis, self.config.covariance);
         let threshold = if measured.dof == 1 { gate_nis[0] } else { gate_nis[1] };
         let (size, parts) = (self.size, self.parts());
@@ -309,7 +314,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     }
 
     /// Makes the pending corrections: the state moves, and the covariance with it.
-    pub(super) fn finish(&mut self, pending: Pending) {
+    pub(in crate::slam) fn finish(&mut self, pending: Pending) {
         if !pending.started {
             return;
         }
@@ -387,7 +392,7 @@ impl<'a, T: Real> Vectors<'a, T> {
     }
 
     /// b = c + ½ P_θθ a, with c = P e_θ after the downdates that wait.
-    fn turn_column(&mut self, p: &super::triangle::Triangle<'_, T>, waiting: usize) {
+    fn turn_column(&mut self, p: &crate::slam::covariance::triangle::Triangle<'_, T>, waiting: usize) {
         self.column[0] = p.at(0, 2);
         self.column[1] = p.at(1, 2);
         self.column[2..].copy_from_slice(p.view().row(2));
@@ -400,7 +405,7 @@ impl<'a, T: Real> Vectors<'a, T> {
 }
 
 /// H v.
-pub(super) fn product<T: Real>(rows: &[Row<T>], vector: &[T]) -> Vector2<T> {
+pub(in crate::slam) fn product<T: Real>(rows: &[Row<T>], vector: &[T]) -> Vector2<T> {
     let mut sum = Vector2::zeros();
     for row in rows {
         sum += row.matrix() * Vector2::new(vector[row.column], vector[row.column + 1]);

@@ -20,18 +20,18 @@ pub const fn packed_len(size: usize) -> usize {
 
 /// A packed upper triangle of which the leading `size` rows and columns are in use.
 #[derive(Debug)]
-pub(super) struct Triangle<'a, T> {
+pub(in crate::slam) struct Triangle<'a, T> {
     data: &'a mut [T],
     capacity: usize,
-    pub(super) size: usize,
+    pub(in crate::slam) size: usize,
 }
 
 /// As [`Triangle`], to be read only.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct TriangleRef<'a, T> {
+pub(in crate::slam) struct TriangleRef<'a, T> {
     data: &'a [T],
     capacity: usize,
-    pub(super) size: usize,
+    pub(in crate::slam) size: usize,
 }
 
 const fn row_start(capacity: usize, row: usize) -> usize {
@@ -39,17 +39,17 @@ const fn row_start(capacity: usize, row: usize) -> usize {
 }
 
 impl<'a, T: Real> TriangleRef<'a, T> {
-    pub(super) fn new(data: &'a [T], capacity: usize, size: usize) -> Self {
+    pub(in crate::slam) fn new(data: &'a [T], capacity: usize, size: usize) -> Self {
         Self { data, capacity, size }
     }
 
-    pub(super) fn at(&self, row: usize, column: usize) -> T {
+    pub(in crate::slam) fn at(&self, row: usize, column: usize) -> T {
         let (row, column) = if row <= column { (row, column) } else { (column, row) };
         self.data[row_start(self.capacity, row) + column - row]
     }
 
     /// The entries in `column` and the next one.
-    pub(super) fn side_by_side(&self, row: usize, column: usize) -> [T; 2] {
+    pub(in crate::slam) fn side_by_side(&self, row: usize, column: usize) -> [T; 2] {
         let below = row > column;
         let (first, last) = if below { (column, row) } else { (row, column) };
         let at = row_start(self.capacity, first) + last - first;
@@ -59,14 +59,14 @@ impl<'a, T: Real> TriangleRef<'a, T> {
 
     /// Columns `row..size` of a row.
     #[inline(always)]
-    pub(super) fn row(&self, row: usize) -> &'a [T] {
+    pub(in crate::slam) fn row(&self, row: usize) -> &'a [T] {
         let start = row_start(self.capacity, row);
         &self.data[start..start + self.size - row]
     }
 
     /// What lies above the diagonal in a column and the next one, from row 0 on.
     #[inline(always)]
-    pub(super) fn columns_above(&self, column: usize) -> impl Iterator<Item = [T; 2]> {
+    pub(in crate::slam) fn columns_above(&self, column: usize) -> impl Iterator<Item = [T; 2]> {
         let mut offset = column;
         (0..column).map(move |row| {
             let entries = &self.data[offset..][..2];
@@ -77,45 +77,45 @@ impl<'a, T: Real> TriangleRef<'a, T> {
 }
 
 impl<'a, T: Real> Triangle<'a, T> {
-    pub(super) fn new(data: &'a mut [T], capacity: usize, size: usize) -> Self {
+    pub(in crate::slam) fn new(data: &'a mut [T], capacity: usize, size: usize) -> Self {
         Self { data, capacity, size }
     }
 
-    pub(super) fn view(&self) -> TriangleRef<'_, T> {
+    pub(in crate::slam) fn view(&self) -> TriangleRef<'_, T> {
         TriangleRef { data: self.data, capacity: self.capacity, size: self.size }
     }
 
-    pub(super) fn at(&self, row: usize, column: usize) -> T {
+    pub(in crate::slam) fn at(&self, row: usize, column: usize) -> T {
         self.view().at(row, column)
     }
 
-    pub(super) fn set(&mut self, row: usize, column: usize, value: T) {
+    pub(in crate::slam) fn set(&mut self, row: usize, column: usize, value: T) {
         let (row, column) = if row <= column { (row, column) } else { (column, row) };
         self.data[row_start(self.capacity, row) + column - row] = value;
     }
 
     /// Columns `row..size` of a row.
-    pub(super) fn row_mut(&mut self, row: usize) -> &mut [T] {
+    pub(in crate::slam) fn row_mut(&mut self, row: usize) -> &mut [T] {
         let start = row_start(self.capacity, row);
         &mut self.data[start..start + self.size - row]
     }
 
     /// All that is kept from a row on, and the row's length: each has one less than the one before.
     #[inline(always)]
-    pub(super) fn below_mut(&mut self, row: usize) -> (&mut [T], usize) {
+    pub(in crate::slam) fn below_mut(&mut self, row: usize) -> (&mut [T], usize) {
         (&mut self.data[row_start(self.capacity, row)..], self.capacity - row)
     }
 
     /// Columns `row..size` of a row, and `row + 1..size` of the next, which is empty below the last.
     #[inline(always)]
-    pub(super) fn two_rows_mut(&mut self, row: usize) -> [&mut [T]; 2] {
+    pub(in crate::slam) fn two_rows_mut(&mut self, row: usize) -> [&mut [T]; 2] {
         let (start, count) = (row_start(self.capacity, row), self.size - row);
         let (upper, lower) = self.data[start..].split_at_mut(self.capacity - row);
         [&mut upper[..count], &mut lower[..count - 1]]
     }
 
     /// Columns 3..size of the robot's rows 0, 1 and 2.
-    pub(super) fn robot_rows_mut(&mut self) -> [&mut [T]; 3] {
+    pub(in crate::slam) fn robot_rows_mut(&mut self) -> [&mut [T]; 3] {
         let (size, capacity) = (self.size, self.capacity);
         let (first, rest) = self.data.split_at_mut(capacity);
         let (second, third) = rest.split_at_mut(capacity - 1);
@@ -123,7 +123,7 @@ impl<'a, T: Real> Triangle<'a, T> {
     }
 
     /// Takes `count` rows and columns from `from` out; what follows moves up.
-    pub(super) fn remove(&mut self, from: usize, count: usize) {
+    pub(in crate::slam) fn remove(&mut self, from: usize, count: usize) {
         let (size, capacity) = (self.size, self.capacity);
         for row in (0..size).filter(|row| *row < from || *row >= from + count) {
             let start = row_start(capacity, row);

@@ -15,6 +15,7 @@
 //! (Σ r²/(σ² + τ²) = dof, as Paule and Mandel weigh laboratories), and the covariance means what it says.
 use super::{Fitted, MountFit, Normal, solve};
 use crate::geometry::{Camera, Mount};
+use crate::lines::Line;
 use crate::{Error, Result};
 use nalgebra::{Matrix2, Vector2, Vector3, Vector4};
 
@@ -32,14 +33,10 @@ pub struct VerticalEdge {
 }
 
 impl VerticalEdge {
-    /// The edge of ideal pixels (no lens distortion) in rays.
-    pub fn from_ideal_pixels(
-        camera: &Camera<f64>,
-        normal: Vector2<f64>,
-        centroid: Vector2<f64>,
-        var_position_px2: f64,
-        var_angle: f64,
-    ) -> Self {
+    /// A vertical line of a picture, in the camera's rays.
+    pub fn from_line(camera: &Camera<f64>, line: &Line) -> Self {
+        let (normal, centroid): (Vector2<f64>, Vector2<f64>) = (line.normal.cast(), line.centroid.cast());
+        let (var_position_px2, var_angle): (f64, f64) = (line.var_position_px2.into(), line.var_angle.into());
         // ideal = A ray + b, so that n becomes Aᵀn and distances shrink by its length.
         let (focal, skew) = (camera.focal(), camera.skew());
         let ideal_by_ray = Matrix2::new(focal.x, skew, 0.0, focal.y);
