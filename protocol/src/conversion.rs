@@ -109,7 +109,11 @@ pub fn config_from_message(configure: &Configure) -> Result<Config> {
 /// The message that makes a device run a pipeline with this configuration, on whole pictures.
 pub fn message_from_config(config: &Config, answers: message::Answers) -> Configure {
     let camera = config.finder.camera();
-    let geometry::Distortion { k1, k2, p1, p2, k3 } = camera.distortion();
+    let distortion = match *camera.lens() {
+        geometry::Lens::BrownConrady(geometry::Distortion { k1, k2, p1, p2, k3 }) => [k1, k2, p1, p2, k3],
+        // The message has no other lens, and a device refuses what is not finite.
+        _ => [f32::NAN; 5],
+    };
     let saturated = |number: usize| u16::try_from(number).unwrap_or(u16::MAX);
     Configure {
         camera: Camera {
@@ -118,7 +122,7 @@ pub fn message_from_config(config: &Config, answers: message::Answers) -> Config
             focal: camera.focal().into(),
             principal: camera.principal().into(),
             skew: camera.skew(),
-            distortion: [k1, k2, p1, p2, k3],
+            distortion,
         },
         mount: Mount { parameters: config.finder.mount().parameters(), std: config.mount_std },
         binning: 1,

@@ -174,19 +174,8 @@ impl RangeFinder {
 
     /// Camera and mount in f64.
     fn wide(&self) -> Result<(Camera<f64>, Mount<f64>)> {
-        let camera = self.finder.camera();
-        let Distortion { k1, k2, p1, p2, k3 } = camera.distortion();
-        let [k1, k2, p1, p2, k3] = [k1, k2, p1, p2, k3].map(f64::from);
-        let pair = |v: Vector2<f32>| [v.x.into(), v.y.into()];
-        let camera = Camera::new(
-            camera.width(),
-            camera.height(),
-            pair(camera.focal()),
-            pair(camera.principal()),
-            camera.skew().into(),
-            Distortion { k1, k2, p1, p2, k3 },
-        )?;
-        Ok((camera, Mount::new(self.finder.mount().parameters().map(f64::from))?))
+        let finder: geometry::RangeFinder<f64> = self.finder.cast()?;
+        Ok((*finder.camera(), *finder.mount()))
     }
 
     /// Standard deviations of the mount's height, tilt, roll and yaw.

@@ -67,10 +67,7 @@ fn a_camera_file_is_checked_as_the_rig_is() {
         folder.fails("range --rig rig.toml pixels.csv", words);
     };
     let ros = "image_width: 320\nimage_height: 240\ncamera_matrix: {rows: 3, cols: 3, data: [300, 0, 160, 0, 300, 120, 0, 0, 1]}\n";
-    fails(
-        &format!("{ros}distortion_model: equidistant\n"),
-        &["camera.yaml", "`equidistant` is not supported", "help:"],
-    );
+    fails(&format!("{ros}distortion_model: omni\n"), &["camera.yaml", "`omni` is not supported", "help:"]);
     fails(
         &format!("{ros}distortion_coefficients: [0, 0, 0, 0, 0, 0.1, 0, 0]\n"),
         &["camera.yaml", "8 coefficients", "help:"],

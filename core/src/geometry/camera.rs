@@ -1,12 +1,10 @@
-//! Pinhole camera with skew and Brown–Conrady lens distortion.
+//! Pinhole camera with skew and a lens model.
 //!
-//! A ray (x, y, 1) of the camera's optical frame is seen at pixel (u, v):
+//! A ray (x, y, 1) of the camera's optical frame is seen at pixel (u, v), where (x', y') is the ray as the
+//! [lens](super::Lens) bends it:
 //!
 //! ```text
-//! ρ = x² + y²
-//! c = 1 + k₁ρ + k₂ρ² + k₃ρ³
-//! x' = c x + 2p₁xy + p₂(ρ + 2x²)         u = f_u (x' + s y') + u₀
-//! y' = c y + p₁(ρ + 2y²) + 2p₂xy         v = f_v y' + v₀
+//! u = f_u (x' + s y') + u₀         v = f_v y' + v₀
 //! ```
 //!
 //! | symbol | in code | unit |
@@ -14,32 +12,11 @@
 //! | f_u, f_v | `focal` | px |
 //! | u₀, v₀ | `principal` | px, centre of the top-left pixel is (0, 0) |
 //! | s | `skew` | – (factor on y', as in Bouguet's toolbox) |
-//! | k₁ k₂ p₁ p₂ k₃ | `distortion` | – |
+//! | x', y' | [`Lens`](super::Lens) | – |
 //! | ρ_max | `max_radius2` | – |
-//!
-//! The inverse has no closed form: Newton's method on (x', y') with the analytic 2×2 Jacobian, quadratic and
-//! started at the distorted point. The model is one to one only while the radial map r·c(r²) grows: ρ_max is
-//! the first zero of its derivative 1 + 3k₁ρ + 5k₂ρ² + 7k₃ρ³. Beyond it, and where Newton's method does not
-//! settle, a pixel has no ray.
-//!
-//! Source: D. C. Brown, "Close-range camera calibration", 1971, in OpenCV's order of coefficients.
+use super::lens::{Distortion, Lens, inverse};
 use crate::{Error, Real, Result};
 use nalgebra::{Matrix2, Vector2};
-
-/// Brown–Conrady coefficients, in OpenCV's order.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Distortion<T> {
-    /// Radial, of ρ.
-    pub k1: T,
-    /// Radial, of ρ².
-    pub k2: T,
-    /// Tangential, vertical.
-    pub p1: T,
-    /// Tangential, horizontal.
-    pub p2: T,
-    /// Radial, of ρ³.
-    pub k3: T,
-}
 
 /// A calibrated camera: pixel ↔ ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,18 +26,15 @@ pub struct Camera<T> {
     focal: Vector2<T>,
     principal: Vector2<T>,
     skew: T,
-    distortion: Distortion<T>,
+    lens: Lens<T>,
     max_radius2: T,
 }
 
-/// Iterations after which Newton's method is given up; it needs 3 to 5 within the lens model's domain.
-const MAX_ITERATIONS: usize = 20;
-
 impl<T: Real> Camera<T> {
-    /// A camera of `width` × `height` pixels.
+    /// A camera of `width` × `height` pixels with a Brown–Conrady lens.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] when the size or a focal length is not above 0, or a number is not finite.
+    /// As [`with_lens`](Self::with_lens).
     pub fn new(
         width: usize,
         height: usize,
@@ -68,6 +42,21 @@ impl<T: Real> Camera<T> {
         principal: [T; 2],
         skew: T,
         distortion: Distortion<T>,
+    ) -> Result<Self> {
+        Self::with_lens(width, height, focal, principal, skew, distortion.into())
+    }
+
+    /// A camera of `width` × `height` pixels with any lens: focal lengths and principal point in pixels.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] when the size or a focal length is not above 0, or a number is not finite.
+    pub fn with_lens(
+        width: usize,
+        height: usize,
+        focal: [T; 2],
+        principal: [T; 2],
+        skew: T,
+        lens: Lens<T>,
     ) -> Result<Self> {
         let check = |ok: bool, name, value: f64, expected| {
             if ok { Ok(()) } else { Err(Error::OutOfRange { name, value, expected }) }
@@ -82,13 +71,19 @@ impl<T: Real> Camera<T> {
             check(c.is_finite(), "camera.principal", c.to_f64(), "a finite number")?;
         }
         check(skew.is_finite(), "camera.skew", skew.to_f64(), "a finite number")?;
-        let Distortion { k1, k2, p1, p2, k3 } = distortion;
-        for k in [k1, k2, p1, p2, k3] {
-            check(k.is_finite(), "camera.distortion", k.to_f64(), "a finite number")?;
-        }
+        let lens = lens.validated()?;
         let (focal, principal) = (Vector2::from(focal), Vector2::from(principal));
-        let max_radius2 = max_radius2(&distortion);
-        Ok(Self { width, height, focal, principal, skew, distortion, max_radius2 })
+        Ok(Self { width, height, focal, principal, skew, lens, max_radius2: lens.max_radius2() })
+    }
+
+    /// The same camera in another scalar.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] when a number does not fit into it.
+    pub fn cast<U: Real>(&self) -> Result<Camera<U>> {
+        let pair = |v: Vector2<T>| [U::lit(v.x.to_f64()), U::lit(v.y.to_f64())];
+        let (focal, principal, skew) = (pair(self.focal), pair(self.principal), U::lit(self.skew.to_f64()));
+        Camera::with_lens(self.width, self.height, focal, principal, skew, self.lens.cast())
     }
 
     /// Pixels in a row.
@@ -116,9 +111,9 @@ impl<T: Real> Camera<T> {
         self.skew
     }
 
-    /// The lens coefficients.
-    pub fn distortion(&self) -> Distortion<T> {
-        self.distortion
+    /// The lens model with its coefficients.
+    pub fn lens(&self) -> &Lens<T> {
+        &self.lens
     }
 
     /// Whether the pixel lies in the picture, whose outermost pixels reach half a pixel beyond their centres.
@@ -140,19 +135,19 @@ impl<T: Real> Camera<T> {
     /// # Ok::<(), monorange_core::Error>(())
     /// ```
     pub fn ray_from_pixel(&self, pixel: Vector2<T>) -> Option<Vector2<T>> {
-        self.undistort(self.distorted_from_pixel(pixel))
+        self.lens.undistort(self.distorted_from_pixel(pixel), self.max_radius2)
     }
 
     /// The pixel that sees the ray (x, y, 1), or `None` beyond the lens model's domain.
     pub fn pixel_from_ray(&self, ray: Vector2<T>) -> Option<Vector2<T>> {
         let inside = ray.norm_squared() <= self.max_radius2;
-        inside.then(|| self.pixel_from_distorted(distort(&self.distortion, ray)))
+        inside.then(|| self.pixel_from_distorted(self.lens.distort(ray)))
     }
 
     /// ∂(u, v)/∂(x, y) at a ray.
     pub fn pixel_by_ray(&self, ray: Vector2<T>) -> Matrix2<T> {
         let skewed = self.focal.x * self.skew;
-        Matrix2::new(self.focal.x, skewed, T::zero(), self.focal.y) * distort_by_ray(&self.distortion, ray)
+        Matrix2::new(self.focal.x, skewed, T::zero(), self.focal.y) * self.lens.distort_by_ray(ray)
     }
 
     /// ∂(x, y)/∂(u, v) at a ray, or `None` where the lens model folds over.
@@ -180,95 +175,4 @@ impl<T: Real> Camera<T> {
         let u = self.focal.x * (point.x + self.skew * point.y) + self.principal.x;
         Vector2::new(u, self.focal.y * point.y + self.principal.y)
     }
-
-    fn undistort(&self, distorted: Vector2<T>) -> Option<Vector2<T>> {
-        if self.distortion == Distortion::default() {
-            return Some(distorted);
-        }
-        // The best that rounding allows: a few units in the last place of the larger coordinate.
-        let scale = T::one() + distorted.amax();
-        let tolerance = scale * T::default_epsilon() * T::lit(2.0);
-        let mut ray = distorted;
-        let mut last = T::max_value()?;
-        for _ in 0..MAX_ITERATIONS {
-            let residual = distort(&self.distortion, ray) - distorted;
-            let error = residual.amax();
-            let settled = error <= tolerance;
-            // Close to the answer rounding ends the progress: more iterations would only wander.
-            let stalled = error <= tolerance * T::lit(8.0) && error >= last;
-            if settled || stalled {
-                let jacobian = distort_by_ray(&self.distortion, ray);
-                let one_to_one = ray.norm_squared() <= self.max_radius2 && jacobian.determinant() > T::zero();
-                return one_to_one.then_some(ray);
-            }
-            last = error;
-            ray -= inverse(&distort_by_ray(&self.distortion, ray))? * residual;
-            if !(ray.x.is_finite() && ray.y.is_finite()) {
-                return None;
-            }
-        }
-        None
-    }
-}
-
-fn distort<T: Real>(lens: &Distortion<T>, ray: Vector2<T>) -> Vector2<T> {
-    let two = T::lit(2.0);
-    let (x, y) = (ray.x, ray.y);
-    let rho = x * x + y * y;
-    let radial = T::one() + rho * (lens.k1 + rho * (lens.k2 + rho * lens.k3));
-    Vector2::new(
-        radial * x + two * lens.p1 * x * y + lens.p2 * (rho + two * x * x),
-        radial * y + lens.p1 * (rho + two * y * y) + two * lens.p2 * x * y,
-    )
-}
-
-fn distort_by_ray<T: Real>(lens: &Distortion<T>, ray: Vector2<T>) -> Matrix2<T> {
-    let (two, three, six) = (T::lit(2.0), T::lit(3.0), T::lit(6.0));
-    let (x, y) = (ray.x, ray.y);
-    let rho = x * x + y * y;
-    let radial = T::one() + rho * (lens.k1 + rho * (lens.k2 + rho * lens.k3));
-    let slope = two * (lens.k1 + rho * (two * lens.k2 + three * rho * lens.k3)); // (∂c/∂x)/x
-    let cross = slope * x * y + two * (lens.p1 * x + lens.p2 * y);
-    Matrix2::new(
-        radial + slope * x * x + two * lens.p1 * y + six * lens.p2 * x,
-        cross,
-        cross,
-        radial + slope * y * y + six * lens.p1 * y + two * lens.p2 * x,
-    )
-}
-
-/// The smallest ρ > 0 at which 1 + 3k₁ρ + 5k₂ρ² + 7k₃ρ³ is zero, or the largest number without one.
-fn max_radius2<T: Real>(lens: &Distortion<T>) -> T {
-    let [a, b, c] = [T::lit(3.0) * lens.k1, T::lit(5.0) * lens.k2, T::lit(7.0) * lens.k3];
-    let unlimited = T::max_value().unwrap_or(T::lit(1e30));
-    let derivative = |rho: T| T::one() + rho * (a + rho * (b + rho * c));
-    // March out to a ray of 85° off the axis, then bisect: a cubic changes sign at most three times.
-    let (steps, limit) = (256, T::lit(130.0));
-    let mut inside = T::zero();
-    for step in 1..=steps {
-        let fraction = T::lit(f64::from(step) / f64::from(steps));
-        let mut outside = limit * fraction * fraction;
-        if derivative(outside) > T::zero() {
-            inside = outside;
-            continue;
-        }
-        for _ in 0..60 {
-            let middle = (inside + outside) * T::lit(0.5);
-            if derivative(middle) > T::zero() {
-                inside = middle;
-            } else {
-                outside = middle;
-            }
-        }
-        return inside;
-    }
-    unlimited
-}
-
-fn inverse<T: Real>(m: &Matrix2<T>) -> Option<Matrix2<T>> {
-    let determinant = m.m11 * m.m22 - m.m12 * m.m21;
-    if !determinant.is_finite() || determinant == T::zero() {
-        return None;
-    }
-    Some(Matrix2::new(m.m22, -m.m12, -m.m21, m.m11) / determinant)
 }

@@ -1,5 +1,6 @@
 //! Pixel ↔ ray ↔ floor ↔ range and bearing, and plane poses.
 mod camera;
+mod lens;
 mod mount;
 mod pose;
 mod range_finder;
@@ -7,7 +8,8 @@ mod range_finder;
 #[cfg(test)]
 mod jacobian_tests;
 
-pub use camera::{Camera, Distortion};
+pub use camera::Camera;
+pub use lens::{Distortion, Lens};
 pub use mount::{MOUNT_PARAMETERS, Mount};
 pub use pose::{Pose, wrap_angle};
 pub use range_finder::{NoFloor, RangeFinder, Sighting, range_bearing_by_floor, range_bearing_from_floor};

@@ -73,6 +73,15 @@ impl<T: Real> RangeFinder<T> {
         Self { camera, mount, robot_from_cam: mount.robot_from_cam() }
     }
 
+    /// The same range finder in another scalar.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`](crate::Error::OutOfRange) when a number does not fit into it.
+    pub fn cast<U: Real>(&self) -> crate::Result<RangeFinder<U>> {
+        let mount = Mount::new(self.mount.parameters().map(|number| U::lit(number.to_f64())))?;
+        Ok(RangeFinder::new(self.camera.cast()?, mount))
+    }
+
     /// The camera.
     pub fn camera(&self) -> &Camera<T> {
         &self.camera

@@ -3,6 +3,7 @@
 //! All three become one tree of values, and differ only in the names of their entries. Kalibr and ROS put pixel
 //! (0, 0) at the centre of the top-left pixel as we do, and so does OpenCV: nothing is shifted.
 use crate::{Error, Result};
+use monorange_core::geometry::Lens;
 use serde_json::{Map, Value};
 use std::path::Path;
 
@@ -19,14 +20,14 @@ pub struct Intrinsics {
     pub principal: [f64; 2],
     /// Factor of y' in u.
     pub skew: f64,
-    /// k₁ k₂ p₁ p₂ k₃.
-    pub distortion: [f64; 5],
+    /// The lens model.
+    pub lens: Lens<f64>,
 }
 
 /// The camera in a ROS camera_info, OpenCV or Kalibr file; of several cameras in a Kalibr camchain, the first.
 ///
 /// # Errors
-/// Names the file, the entry, and what is wrong: missing, not numbers, or a lens model other than Brown–Conrady's.
+/// Names the file, the entry, and what is wrong: missing, not numbers, or a lens model that is not known.
 pub fn read_camera_info(path: &Path) -> Result<Intrinsics> {
     let text = super::read_text(path)?;
     let tree = if text.trim_start().starts_with('<') { from_xml(&text) } else { from_yaml(&text) };
@@ -93,17 +94,17 @@ fn intrinsics(tree: &Map<String, Value>) -> Result<Intrinsics> {
             .map(|size| size as usize)
             .ok_or_else(|| missing(names[0]))
     });
-    check_model(entry(tree, &["distortion_model", "camera_model"]))?;
+    let model = model(entry(tree, &["distortion_model", "camera_model"]))?;
     let coefficients =
         numbers(tree, &["distortion_coefficients", "dist_coeffs", "d", "d1"])?.unwrap_or_default();
     let skew = if fu == 0.0 { 0.0 } else { shear / fu };
-    let distortion = brown_conrady(&coefficients)?;
-    Ok(Intrinsics { width: width?, height: height?, focal: [fu, fv], principal: [u0, v0], skew, distortion })
+    let lens = model.lens(&coefficients)?;
+    Ok(Intrinsics { width: width?, height: height?, focal: [fu, fv], principal: [u0, v0], skew, lens })
 }
 
 fn kalibr(camera: &Map<String, Value>) -> Result<Intrinsics> {
-    check_model(entry(camera, &["camera_model"]))?;
-    check_model(entry(camera, &["distortion_model"]))?;
+    model(entry(camera, &["camera_model"]))?;
+    let model = model(entry(camera, &["distortion_model"]))?;
     let four = numbers(camera, &["intrinsics"])?.ok_or_else(|| missing("intrinsics"))?;
     let size = numbers(camera, &["resolution"])?.ok_or_else(|| missing("resolution"))?;
     let (&[fu, fv, u0, v0], &[width, height]) = (four.as_slice(), size.as_slice()) else {
@@ -117,37 +118,69 @@ fn kalibr(camera: &Map<String, Value>) -> Result<Intrinsics> {
         focal: [fu, fv],
         principal: [u0, v0],
         skew: 0.0,
-        distortion: brown_conrady(&coefficients)?,
+        lens: model.lens(&coefficients)?,
     })
 }
 
-fn check_model(model: Option<&Value>) -> Result<()> {
-    const KNOWN: [&str; 7] =
-        ["", "none", "pinhole", "plumb_bob", "radtan", "rational_polynomial", "brown_conrady"];
-    let name = model.and_then(Value::as_str).unwrap_or_default();
-    if KNOWN.contains(&name) {
-        return Ok(());
-    }
-    let cause =
-        format!("the camera model `{name}` is not supported, only pinhole with plumb_bob (radtan) is");
-    Err(Error::new(cause)
-        .help("calibrate with the plumb_bob model, or undistort the pictures and give their camera matrix"))
+/// The lens models of other programs, by what their coefficients mean.
+#[derive(Clone, Copy, Debug)]
+enum Model {
+    /// k₁ k₂ p₁ p₂ k₃ k₄ k₅ k₆, as many of them as are given.
+    Polynomial,
+    /// k₁ k₂ k₃ k₄ of the angle off the axis.
+    Equidistant,
 }
 
-/// The five coefficients, when the model has no others that differ from 0.
-fn brown_conrady(coefficients: &[f64]) -> Result<[f64; 5]> {
-    let mut five = [0.0; 5];
-    for (slot, coefficient) in five.iter_mut().zip(coefficients) {
-        *slot = *coefficient;
+fn model(name: Option<&Value>) -> Result<Model> {
+    let name = name.and_then(Value::as_str).unwrap_or_default();
+    match name {
+        "" | "none" | "pinhole" | "plumb_bob" | "radtan" | "rational_polynomial" | "brown_conrady" => {
+            Ok(Model::Polynomial)
+        }
+        "equidistant" | "fisheye" | "kannala_brandt" => Ok(Model::Equidistant),
+        _ => {
+            let cause = format!(
+                "the camera model `{name}` is not supported, only pinhole with plumb_bob (radtan), \
+                 rational_polynomial or equidistant (fisheye) is"
+            );
+            let help =
+                "calibrate with one of these models, or undistort the pictures and give their camera matrix";
+            Err(Error::new(cause).help(help))
+        }
     }
-    if coefficients.iter().skip(5).any(|coefficient| *coefficient != 0.0) {
-        let cause = format!(
-            "the lens model has {} coefficients, only k1 k2 p1 p2 k3 are supported",
-            coefficients.len()
-        );
-        return Err(Error::new(cause).help("calibrate without the rational, thin prism and tilted models"));
+}
+
+impl Model {
+    fn lens(self, coefficients: &[f64]) -> Result<Lens<f64>> {
+        let wrong = |expected: &str, help: &str| {
+            let cause =
+                format!("the lens model has {} coefficients, must have {expected}", coefficients.len());
+            Err(Error::new(cause).help(help))
+        };
+        match self {
+            Self::Polynomial => {
+                // Thin prism (12) and tilted (14) models are read where they do nothing.
+                let used = coefficients.iter().rposition(|k| *k != 0.0).map_or(0, |last| last + 1);
+                let length = match used {
+                    0..=5 => 5,
+                    6..=8 => 8,
+                    _ => {
+                        return wrong(
+                            "at most 8 that are not 0",
+                            "calibrate without the thin prism and tilted models",
+                        );
+                    }
+                };
+                let mut padded = coefficients.to_vec();
+                padded.resize(length, 0.0);
+                Ok(Lens::from_polynomial(&padded).unwrap_or_default())
+            }
+            Self::Equidistant => match *coefficients {
+                [k1, k2, k3, k4] => Ok(Lens::Equidistant([k1, k2, k3, k4])),
+                _ => wrong("4", "give k1 k2 k3 k4 of the fisheye calibration"),
+            },
+        }
     }
-    Ok(five)
 }
 
 /// An entry by any of its names; case and underscores do not count, since OpenCV's programs differ in them.
@@ -176,4 +209,42 @@ fn missing(name: &str) -> Error {
     let help =
         "give a camera file of ROS (camera_info), OpenCV or Kalibr, or write its numbers into [camera]";
     Error::new(format!("`{name}` is missing")).help(help)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lens(text: &str) -> Result<Lens<f64>> {
+        from_yaml(text).and_then(|tree| intrinsics(&tree)).map(|camera| camera.lens)
+    }
+
+    const SIZE: &str = "image_width: 640\nimage_height: 480\n";
+    const MATRIX: &str = "camera_matrix: {rows: 3, cols: 3, data: [400, 0, 320, 0, 400, 240, 0, 0, 1]}\n";
+
+    #[test]
+    fn fisheye_files_of_ros_and_kalibr_are_equidistant() {
+        let ros = "distortion_model: equidistant\ndistortion_coefficients: {rows: 1, cols: 4, data: [0.1, 0.2, 0.3, 0.4]}";
+        let kalibr = "cam0:\n  camera_model: pinhole\n  intrinsics: [400, 400, 320, 240]\n  resolution: [640, 480]\n  \
+                      distortion_model: equidistant\n  distortion_coeffs: [0.1, 0.2, 0.3, 0.4]";
+        for text in [format!("{SIZE}{MATRIX}{ros}"), kalibr.to_owned()] {
+            assert_eq!(lens(&text).unwrap(), Lens::Equidistant([0.1, 0.2, 0.3, 0.4]));
+        }
+        let five =
+            "distortion_model: equidistant\ndistortion_coefficients: {data: [0.1, 0.2, 0.3, 0.4, 0.5]}";
+        let refusal = lens(&format!("{SIZE}{MATRIX}{five}")).unwrap_err().to_string();
+        assert!(refusal.contains("5 coefficients, must have 4"), "{refusal}");
+    }
+
+    #[test]
+    fn eight_coefficients_are_rational_and_more_are_refused_unless_they_are_zero() {
+        let with = |data: &str| lens(&format!("{SIZE}{MATRIX}distortion_coefficients: {{data: [{data}]}}"));
+        let eight = [0.1, 0.2, 0.01, 0.02, 0.3, 0.4, 0.5, 0.6];
+        let expected = Lens::from_polynomial(&eight).unwrap();
+        assert!(matches!(expected, Lens::Rational { .. }));
+        assert_eq!(with("0.1, 0.2, 0.01, 0.02, 0.3, 0.4, 0.5, 0.6").unwrap(), expected);
+        assert_eq!(with("0.1, 0.2, 0.01, 0.02, 0.3, 0.4, 0.5, 0.6, 0, 0, 0, 0").unwrap(), expected);
+        let refusal = with("0.1, 0.2, 0.01, 0.02, 0.3, 0.4, 0.5, 0.6, 0.7, 0, 0, 0").unwrap_err().to_string();
+        assert!(refusal.contains("thin prism"), "{refusal}");
+    }
 }

@@ -4,9 +4,9 @@ use super::{
     settings,
 };
 use crate::{Error, Result};
-use monorange_core::geometry::{Camera, Distortion, Mount, RangeFinder};
+use monorange_core::geometry::{Camera, Lens, Mount, RangeFinder};
 use monorange_core::pipeline::Config;
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::Matrix2;
 use std::{
     io::{self, Write},
     path::Path,
@@ -41,7 +41,7 @@ pub struct Rig {
 
 const ROOT: &[&str] = &["camera_info", "camera", "mount", "extract", "filter", "association"];
 const CAMERA: &[&str] =
-    &["camera_info", "width", "height", "focal", "principal", "skew", "distortion", "pixel_std"];
+    &["camera_info", "width", "height", "focal", "principal", "skew", "lens", "distortion", "pixel_std"];
 /// The mount's keys in the order of its parameters: value, standard deviation, and the factor to SI units.
 pub const MOUNT_KEYS: [(&str, &str, f64); 6] = [
     ("height", "height_std", 1.0),
@@ -62,7 +62,10 @@ impl Rig {
     /// When a number does not fit into 32 bits.
     pub fn new(finder: RangeFinder<f64>, pixel_std: [f64; 2], mount_std: [f64; 6]) -> Result<Self> {
         let [height, tilt, roll, yaw, ..] = mount_std.map(|std| std as f32);
-        let settings = Config { mount_std: [height, tilt, roll, yaw], ..Config::new(single(&finder)?) };
+        let settings = Config {
+            mount_std: [height, tilt, roll, yaw],
+            ..Config::new(finder.cast().map_err(Error::new)?)
+        };
         Ok(Self { finder, pixel_std, mount_std, settings })
     }
 
@@ -100,11 +103,14 @@ impl Rig {
     /// When writing fails.
     pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
         let camera = self.finder.camera();
-        let Distortion { k1, k2, p1, p2, k3 } = camera.distortion();
         writeln!(out, "[camera]\nwidth = {}\nheight = {}", camera.width(), camera.height())?;
         writeln!(out, "focal = [{:?}, {:?}]", camera.focal().x, camera.focal().y)?;
         writeln!(out, "principal = [{:?}, {:?}]", camera.principal().x, camera.principal().y)?;
-        writeln!(out, "skew = {:?}\ndistortion = [{k1:?}, {k2:?}, {p1:?}, {p2:?}, {k3:?}]", camera.skew())?;
+        writeln!(out, "skew = {:?}", camera.skew())?;
+        if let Lens::Equidistant(_) = camera.lens() {
+            writeln!(out, "lens = \"equidistant\"")?;
+        }
+        writeln!(out, "distortion = {:?}", camera.lens().coefficients())?;
         writeln!(out, "pixel_std = {:?}\n\n[mount]", self.pixel_std)?;
         let values = self.finder.mount().parameters().into_iter().zip(self.mount_std);
         for ((key, std_key, unit), (value, std)) in MOUNT_KEYS.into_iter().zip(values) {
@@ -176,7 +182,7 @@ fn camera(root: &Section<'_>, path: &Path) -> Result<(Camera<f64>, [f64; 2])> {
     };
     let intrinsics = match file {
         Some(file) => {
-            if let Some(key) = CAMERA[1..7].iter().find(|key| section.as_ref().is_some_and(|s| s.has(key))) {
+            if let Some(key) = CAMERA[1..8].iter().find(|key| section.as_ref().is_some_and(|s| s.has(key))) {
                 let error = given.error(key, format!("`camera.{key}` is given here and by camera_info"));
                 return Err(error.help("keep one of them"));
             }
@@ -184,10 +190,9 @@ fn camera(root: &Section<'_>, path: &Path) -> Result<(Camera<f64>, [f64; 2])> {
         }
         None => intrinsics(given)?,
     };
-    let Intrinsics { width, height, focal, principal, skew, distortion: [k1, k2, p1, p2, k3] } = intrinsics;
-    let lens = Distortion { k1, k2, p1, p2, k3 };
-    let camera =
-        Camera::new(width, height, focal, principal, skew, lens).map_err(|error| match (file, error) {
+    let Intrinsics { width, height, focal, principal, skew, lens } = intrinsics;
+    let camera = Camera::with_lens(width, height, focal, principal, skew, lens).map_err(|error| {
+        match (file, error) {
             (None, monorange_core::Error::OutOfRange { name, value, expected }) => {
                 given.out_of_range(name.rsplit('.').next().unwrap_or(name), value, expected)
             }
@@ -195,7 +200,8 @@ fn camera(root: &Section<'_>, path: &Path) -> Result<(Camera<f64>, [f64; 2])> {
             (Some(file), error) => {
                 Error::new(error).at(path.with_file_name(file)).help("correct the camera file")
             }
-        })?;
+        }
+    })?;
     Ok((camera, pixel_std))
 }
 
@@ -210,18 +216,32 @@ fn intrinsics(section: &Section<'_>) -> Result<Intrinsics> {
         }
     };
     let pair = |key: &'static str, help| section.pair(key)?.ok_or_else(|| section.missing(key, help));
-    let mut distortion = [0.0; 5];
-    let coefficients = section.numbers("distortion", &[4, 5])?.unwrap_or_default();
-    for (slot, coefficient) in distortion.iter_mut().zip(coefficients) {
-        *slot = coefficient;
-    }
+    let lens = match section.string("lens")? {
+        None | Some("plumb_bob" | "rational_polynomial") => {
+            let coefficients = section.numbers("distortion", &[4, 5, 8])?;
+            coefficients.and_then(|k| Lens::from_polynomial(&k)).unwrap_or_default()
+        }
+        Some("equidistant") => {
+            let four = section.numbers("distortion", &[4])?.and_then(|k| <[f64; 4]>::try_from(k).ok());
+            let help = "give k1 k2 k3 k4 of the fisheye calibration";
+            Lens::Equidistant(four.ok_or_else(|| section.missing("distortion", help))?)
+        }
+        Some(other) => {
+            let cause = format!(
+                "`camera.lens` is \"{other}\", must be \"plumb_bob\", \"rational_polynomial\" or \"equidistant\""
+            );
+            return Err(section
+                .error("lens", cause)
+                .help("name the model that the calibration was made with"));
+        }
+    };
     Ok(Intrinsics {
         width: size("width")?,
         height: size("height")?,
         focal: pair("focal", "give [fu, fv] in pixels, from the camera's calibration")?,
         principal: pair("principal", "give [u0, v0] in pixels, from the camera's calibration")?,
         skew: section.number("skew")?.unwrap_or(0.0),
-        distortion,
+        lens,
     })
 }
 
@@ -260,17 +280,4 @@ fn mount(root: &Section<'_>) -> Result<(Mount<f64>, [f64; 6])> {
     }
     let mount = Mount::new(parameters).map_err(|error| section.error("height", error.to_string()))?;
     Ok((mount, deviations))
-}
-
-/// Camera and mount in the scalar of the pipeline.
-fn single(finder: &RangeFinder<f64>) -> Result<RangeFinder<f32>> {
-    let camera = finder.camera();
-    let Distortion { k1, k2, p1, p2, k3 } = camera.distortion();
-    let [k1, k2, p1, p2, k3] = [k1, k2, p1, p2, k3].map(|k| k as f32);
-    let pair = |v: Vector2<f64>| [v.x as f32, v.y as f32];
-    let (focal, principal) = (pair(camera.focal()), pair(camera.principal()));
-    let lens = Distortion { k1, k2, p1, p2, k3 };
-    let camera = Camera::new(camera.width(), camera.height(), focal, principal, camera.skew() as f32, lens);
-    let mount = Mount::new(finder.mount().parameters().map(|parameter| parameter as f32));
-    Ok(RangeFinder::new(camera.map_err(Error::new)?, mount.map_err(Error::new)?))
 }

@@ -1,6 +1,5 @@
 //! A drive through the simulated corridor: on a device, and by the pipeline on this machine.
 use monorange_core::{
-    geometry::{Camera, Distortion, Mount, RangeFinder},
     image::Grey,
     pipeline::{Config, Memory, Odometry, OnHeap, Pipeline, Report},
 };
@@ -22,15 +21,7 @@ pub(crate) fn corridor(frames: usize) -> Simulation {
 }
 
 pub(crate) fn config_for(simulation: &Simulation) -> Config {
-    let (camera, mount) = (simulation.rig().camera(), simulation.rig().mount());
-    let lens = camera.distortion();
-    let [k1, k2, p1, p2, k3] = [lens.k1, lens.k2, lens.p1, lens.p2, lens.k3].map(|k| k as f32);
-    let (focal, principal) = (camera.focal().map(|f| f as f32), camera.principal().map(|c| c as f32));
-    let lens = Distortion { k1, k2, p1, p2, k3 };
-    let (width, height, skew) = (camera.width(), camera.height(), camera.skew() as f32);
-    let camera = Camera::new(width, height, focal.into(), principal.into(), skew, lens).unwrap();
-    let mount = Mount::new(mount.parameters().map(|number| number as f32)).unwrap();
-    Config::new(RangeFinder::new(camera, mount))
+    Config::new(simulation.rig().cast().unwrap())
 }
 
 /// What comes before a picture, and the picture.

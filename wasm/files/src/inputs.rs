@@ -43,14 +43,14 @@ pub fn rig(path: &str) -> Answer<String> {
     let mut buffer = [0; 1024];
     let message = message_from_config(&settings, NO_ANSWERS);
     let message: &[u8] = postcard::to_slice(&message, &mut buffer).map_err(sentence)?;
-    let (camera, lens) = (finder.camera(), finder.camera().distortion());
+    let camera = finder.camera();
     Ok(json!({
         "width": camera.width(),
         "height": camera.height(),
         "focal": [camera.focal().x, camera.focal().y],
         "principal": [camera.principal().x, camera.principal().y],
         "skew": camera.skew(),
-        "distortion": [lens.k1, lens.k2, lens.p1, lens.p2, lens.k3],
+        "distortion": five(path, camera.lens())?,
         "pixelStd": pixel_std,
         "mount": finder.mount().parameters(),
         "mountStd": mount_std,
@@ -58,6 +58,16 @@ pub fn rig(path: &str) -> Answer<String> {
         "settingsToml": changed_settings(&settings),
     })
     .to_string())
+}
+
+/// The coefficients of a lens that the page can take: five, of Brown and Conrady.
+fn five(path: &str, lens: &Lens<f64>) -> Answer<Vec<f64>> {
+    match lens {
+        Lens::BrownConrady(_) => Ok(lens.coefficients().to_vec()),
+        _ => Err(sentence(format!(
+            "{path}: the page takes plumb_bob lenses only; undistort the pictures, or use the command line"
+        ))),
+    }
 }
 
 /// What a device would send of its own accord; here there is none.
@@ -94,7 +104,7 @@ pub fn camera(path: &str) -> Answer<String> {
         "focal": camera.focal,
         "principal": camera.principal,
         "skew": camera.skew,
-        "distortion": camera.distortion,
+        "distortion": five(path, &camera.lens)?,
     })
     .to_string())
 }

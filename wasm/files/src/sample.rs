@@ -48,11 +48,11 @@ impl Sample {
     pub fn rig(&self) -> String {
         let camera = self.simulation.rig().camera();
         let [height, tilt, roll, yaw, forward, left] = self.simulation.rig().mount().parameters();
-        let lens = camera.distortion();
+        let lens = camera.lens().coefficients();
         let [height_std, tilt_std, roll_std, yaw_std, ..] = MOUNT_STD;
         format!(
             "[camera]\nwidth = {}\nheight = {}\nfocal = [{}, {}]\nprincipal = [{}, {}]\nskew = {:?}\n\
-             distortion = [{:?}, {:?}, {:?}, {:?}, {:?}]\npixel_std = {PIXEL_STD:?}\n\n\
+             distortion = {:?}\npixel_std = {PIXEL_STD:?}\n\n\
              [mount]\nheight = {height:?}\ntilt_deg = {:?}\nroll_deg = {:?}\nyaw_deg = {:?}\n\
              forward = {forward:?}\nleft = {left:?}\nheight_std = {height_std:?}\ntilt_std_deg = {:?}\n\
              roll_std_deg = {:?}\nyaw_std_deg = {:?}\n",
@@ -63,11 +63,7 @@ impl Sample {
             camera.principal().x,
             camera.principal().y,
             camera.skew(),
-            lens.k1,
-            lens.k2,
-            lens.p1,
-            lens.p2,
-            lens.k3,
+            lens,
             tilt.to_degrees(),
             roll.to_degrees(),
             yaw.to_degrees(),

@@ -1,0 +1,444 @@
+//! Lens models: where the ray (x, y, 1) of the optical frame is seen, in units of the focal length.
+//!
+//! With ρ = x² + y², r = √ρ and θ = atan r, the angle off the optical axis:
+//!
+//! ```text
+//! Brown–Conrady    c = 1 + k₁ρ + k₂ρ² + k₃ρ³                x' = c x + 2p₁xy + p₂(ρ + 2x²)
+//! rational         c = (1 + k₁ρ + k₂ρ² + k₃ρ³)              y' = c y + p₁(ρ + 2y²) + 2p₂xy
+//!                    / (1 + k₄ρ + k₅ρ² + k₆ρ³)
+//! equidistant      θ_d = θ (1 + k₁θ² + k₂θ⁴ + k₃θ⁶ + k₄θ⁸)  (x', y') = (θ_d / r) (x, y)
+//! ```
+//!
+//! | model | ROS | OpenCV | Kalibr |
+//! |---|---|---|---|
+//! | [`Lens::BrownConrady`] | `plumb_bob` | 4 or 5 coefficients | `radtan` |
+//! | [`Lens::Rational`] | `rational_polynomial` | 8 coefficients | – |
+//! | [`Lens::Equidistant`] | `equidistant` | the namespace `fisheye` | `equidistant` |
+//!
+//! A model is one to one while the radius of the image grows with the radius of the ray: ρ_max is where that ends.
+//! The inverse has no closed form. For the first two it is Newton's method on (x', y') with the analytic 2×2
+//! Jacobian, from the distorted point; for the equidistant one Newton's method on θ alone, kept inside a bracket.
+//! Beyond ρ_max, and where Newton's method does not settle, a pixel has no ray.
+//!
+//! *Limits.* A ray (x, y, 1) lies in front of the camera: an equidistant lens is used up to 89° off its axis.
+//!
+//! Sources: D. C. Brown, "Close-range camera calibration", 1971; J. Kannala and S. S. Brandt, "A generic camera model
+//! and calibration method for conventional, wide-angle, and fish-eye lenses", 2006; OpenCV's order of coefficients.
+use crate::{Error, Real, Result};
+use nalgebra::{Matrix2, Vector2};
+
+/// Brown–Conrady coefficients, in OpenCV's order.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Distortion<T> {
+    /// Radial, of ρ.
+    pub k1: T,
+    /// Radial, of ρ².
+    pub k2: T,
+    /// Tangential, vertical.
+    pub p1: T,
+    /// Tangential, horizontal.
+    pub p2: T,
+    /// Radial, of ρ³.
+    pub k3: T,
+}
+
+/// A lens model with its coefficients; no distortion by default.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Lens<T> {
+    /// A polynomial of ρ, and two tangential terms.
+    BrownConrady(Distortion<T>),
+    /// A ratio of two polynomials of ρ, and two tangential terms.
+    Rational {
+        /// The polynomial above the line, and the tangential terms.
+        above: Distortion<T>,
+        /// k₄ k₅ k₆, of ρ, ρ² and ρ³ below the line.
+        below: [T; 3],
+    },
+    /// A polynomial of the angle off the axis (Kannala and Brandt): k₁ k₂ k₃ k₄.
+    Equidistant([T; 4]),
+}
+
+impl<T: Real> Default for Lens<T> {
+    fn default() -> Self {
+        Self::BrownConrady(Distortion::default())
+    }
+}
+
+impl<T> From<Distortion<T>> for Lens<T> {
+    fn from(distortion: Distortion<T>) -> Self {
+        Self::BrownConrady(distortion)
+    }
+}
+
+/// Iterations after which Newton's method is given up; it needs 3 to 5 within a model's domain.
+const MAX_ITERATIONS: usize = 20;
+/// Below this ρ the equidistant model is taken by its series: differences of nearly equal numbers would lose digits.
+const NEAR_AXIS: f64 = 1e-4;
+/// tan² of 89°.
+const EQUIDISTANT_MAX: f64 = 3282.0;
+
+impl<T: Real> Lens<T> {
+    /// A Brown–Conrady lens from 4 or 5 coefficients (k₁ k₂ p₁ p₂ k₃) or a rational one from 8 (… k₄ k₅ k₆), in
+    /// OpenCV's order; `None` for another number of them.
+    pub fn from_polynomial(coefficients: &[T]) -> Option<Self> {
+        let (&[k1, k2, p1, p2], more) = coefficients.split_first_chunk()?;
+        let zero = T::zero();
+        match *more {
+            [] => Some(Distortion { k1, k2, p1, p2, k3: zero }.into()),
+            [k3] => Some(Distortion { k1, k2, p1, p2, k3 }.into()),
+            [k3, k4, k5, k6] if [k4, k5, k6] == [zero; 3] => Some(Distortion { k1, k2, p1, p2, k3 }.into()),
+            [k3, k4, k5, k6] => {
+                Some(Self::Rational { above: Distortion { k1, k2, p1, p2, k3 }, below: [k4, k5, k6] })
+            }
+            _ => None,
+        }
+    }
+
+    /// The coefficients in the order of their model's programs: 5, 8 or 4 of them.
+    pub fn coefficients(&self) -> heapless::Vec<T, 8> {
+        let five = |d: &Distortion<T>| [d.k1, d.k2, d.p1, d.p2, d.k3];
+        match self {
+            Self::BrownConrady(d) => heapless::Vec::from_iter(five(d)),
+            Self::Rational { above, below } => {
+                heapless::Vec::from_iter(five(above).into_iter().chain(*below))
+            }
+            Self::Equidistant(k) => heapless::Vec::from_iter(*k),
+        }
+    }
+
+    /// The same lens in another scalar.
+    pub fn cast<U: Real>(&self) -> Lens<U> {
+        let to = |value: T| U::lit(value.to_f64());
+        let distortion = |d: &Distortion<T>| Distortion {
+            k1: to(d.k1),
+            k2: to(d.k2),
+            p1: to(d.p1),
+            p2: to(d.p2),
+            k3: to(d.k3),
+        };
+        match self {
+            Self::BrownConrady(d) => Lens::BrownConrady(distortion(d)),
+            Self::Rational { above, below } => {
+                Lens::Rational { above: distortion(above), below: below.map(to) }
+            }
+            Self::Equidistant(k) => Lens::Equidistant(k.map(to)),
+        }
+    }
+
+    /// The lens itself if its numbers are finite.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`].
+    pub(super) fn validated(self) -> Result<Self> {
+        match self.coefficients().into_iter().find(|k| !k.is_finite()) {
+            Some(k) => Err(Error::OutOfRange {
+                name: "camera.distortion",
+                value: k.to_f64(),
+                expected: "a finite number",
+            }),
+            None => Ok(self),
+        }
+    }
+
+    /// Where the ray (x, y, 1) is seen.
+    pub(super) fn distort(&self, ray: Vector2<T>) -> Vector2<T> {
+        match self {
+            Self::BrownConrady(d) => d.bent(ray, d.polynomial(ray.norm_squared()).0),
+            Self::Rational { above, below } => above.bent(ray, ratio(above, below, ray.norm_squared()).0),
+            Self::Equidistant(k) => ray * equidistant(k, ray.norm_squared()).0,
+        }
+    }
+
+    /// ∂(x', y')/∂(x, y).
+    pub(super) fn distort_by_ray(&self, ray: Vector2<T>) -> Matrix2<T> {
+        let rho = ray.norm_squared();
+        match self {
+            Self::BrownConrady(d) => d.bent_by_ray(ray, d.polynomial(rho)),
+            Self::Rational { above, below } => above.bent_by_ray(ray, ratio(above, below, rho)),
+            Self::Equidistant(k) => Distortion::default().bent_by_ray(ray, equidistant(k, rho)),
+        }
+    }
+
+    /// The ray that is seen at (x', y'); `max_radius2` is the model's [`max_radius2`](Self::max_radius2).
+    pub(super) fn undistort(&self, distorted: Vector2<T>, max_radius2: T) -> Option<Vector2<T>> {
+        match self {
+            Self::BrownConrady(d) if *d == Distortion::default() => Some(distorted),
+            Self::Equidistant(k) => unbend(k, distorted, max_radius2),
+            _ => self.newton(distorted, max_radius2),
+        }
+    }
+
+    fn newton(&self, distorted: Vector2<T>, max_radius2: T) -> Option<Vector2<T>> {
+        // The best that rounding allows: a few units in the last place of the larger coordinate.
+        let scale = T::one() + distorted.amax();
+        let tolerance = scale * T::default_epsilon() * T::lit(2.0);
+        let mut ray = distorted;
+        let mut last = T::max_value()?;
+        for _ in 0..MAX_ITERATIONS {
+            let residual = self.distort(ray) - distorted;
+            let error = residual.amax();
+            let settled = error <= tolerance;
+            // Close to the answer rounding ends the progress: more iterations would only wander.
+            let stalled = error <= tolerance * T::lit(8.0) && error >= last;
+            if settled || stalled {
+                let jacobian = self.distort_by_ray(ray);
+                let one_to_one = ray.norm_squared() <= max_radius2 && jacobian.determinant() > T::zero();
+                return one_to_one.then_some(ray);
+            }
+            last = error;
+            ray -= inverse(&self.distort_by_ray(ray))? * residual;
+            if !(ray.x.is_finite() && ray.y.is_finite()) {
+                return None;
+            }
+        }
+        None
+    }
+
+    /// The smallest ρ > 0 at which the image's radius no longer grows with the ray's, or the largest number.
+    pub(super) fn max_radius2(&self) -> T {
+        let unlimited = match self {
+            Self::Equidistant(_) => T::lit(EQUIDISTANT_MAX),
+            _ => T::max_value().unwrap_or(T::lit(1e30)),
+        };
+        let grows = |rho: T| self.growth(rho) > T::zero();
+        // March out to a ray of 85° off the axis, then bisect: the polynomials change sign a few times at most.
+        let (steps, limit) = (256, T::lit(130.0));
+        let mut inside = T::zero();
+        for step in 1..=steps {
+            let fraction = T::lit(f64::from(step) / f64::from(steps));
+            let mut outside = limit * fraction * fraction;
+            if grows(outside) {
+                inside = outside;
+                continue;
+            }
+            for _ in 0..60 {
+                let middle = (inside + outside) * T::lit(0.5);
+                if grows(middle) {
+                    inside = middle;
+                } else {
+                    outside = middle;
+                }
+            }
+            return inside;
+        }
+        unlimited
+    }
+
+    /// Has the sign of the derivative of the image's radius by the ray's, without the tangential terms; not above
+    /// 0 beyond a pole.
+    fn growth(&self, rho: T) -> T {
+        let [two, three, five, seven, nine] = [2.0, 3.0, 5.0, 7.0, 9.0].map(T::lit);
+        match self {
+            Self::BrownConrady(d) => {
+                T::one() + rho * (three * d.k1 + rho * (five * d.k2 + rho * (seven * d.k3)))
+            }
+            Self::Rational { above, below: [k4, k5, k6] } => {
+                let (n, n_slope) = above.polynomial(rho); // the second is twice the derivative by ρ
+                let denominator = T::one() + rho * (*k4 + rho * (*k5 + rho * *k6));
+                let d_slope = two * (*k4 + rho * (two * *k5 + three * rho * *k6));
+                if denominator <= T::zero() {
+                    return T::zero();
+                }
+                n * denominator + rho * (n_slope * denominator - n * d_slope)
+            }
+            Self::Equidistant([k1, k2, k3, k4]) => {
+                let angle = rho.sqrt().atan();
+                let t = angle * angle;
+                T::one() + t * (three * *k1 + t * (five * *k2 + t * (seven * *k3 + t * (nine * *k4))))
+            }
+        }
+    }
+}
+
+impl<T: Real> Distortion<T> {
+    /// c and (∂c/∂x)/x of the radial polynomial.
+    fn polynomial(&self, rho: T) -> (T, T) {
+        let (two, three) = (T::lit(2.0), T::lit(3.0));
+        let radial = T::one() + rho * (self.k1 + rho * (self.k2 + rho * self.k3));
+        let slope = two * (self.k1 + rho * (two * self.k2 + three * rho * self.k3));
+        (radial, slope)
+    }
+
+    /// The ray scaled by `radial`, with the tangential terms.
+    fn bent(&self, ray: Vector2<T>, radial: T) -> Vector2<T> {
+        let two = T::lit(2.0);
+        let (x, y) = (ray.x, ray.y);
+        let rho = x * x + y * y;
+        Vector2::new(
+            radial * x + two * self.p1 * x * y + self.p2 * (rho + two * x * x),
+            radial * y + self.p1 * (rho + two * y * y) + two * self.p2 * x * y,
+        )
+    }
+
+    /// The derivative of [`bent`](Self::bent) by the ray, given c and (∂c/∂x)/x.
+    fn bent_by_ray(&self, ray: Vector2<T>, (radial, slope): (T, T)) -> Matrix2<T> {
+        let (two, six) = (T::lit(2.0), T::lit(6.0));
+        let (x, y) = (ray.x, ray.y);
+        let cross = slope * x * y + two * (self.p1 * x + self.p2 * y);
+        Matrix2::new(
+            radial + slope * x * x + two * self.p1 * y + six * self.p2 * x,
+            cross,
+            cross,
+            radial + slope * y * y + six * self.p1 * y + two * self.p2 * x,
+        )
+    }
+}
+
+/// c and (∂c/∂x)/x of the rational model.
+fn ratio<T: Real>(above: &Distortion<T>, &[k4, k5, k6]: &[T; 3], rho: T) -> (T, T) {
+    let (two, three) = (T::lit(2.0), T::lit(3.0));
+    let (numerator, slope) = above.polynomial(rho);
+    let denominator = T::one() + rho * (k4 + rho * (k5 + rho * k6));
+    let below = two * (k4 + rho * (two * k5 + three * rho * k6));
+    let radial = numerator / denominator;
+    (radial, (slope - radial * below) / denominator)
+}
+
+/// θ_d and ∂θ_d/∂θ.
+fn bent_angle<T: Real>(&[k1, k2, k3, k4]: &[T; 4], angle: T) -> (T, T) {
+    let [three, five, seven, nine] = [3.0, 5.0, 7.0, 9.0].map(T::lit);
+    let t = angle * angle;
+    let polynomial = T::one() + t * (k1 + t * (k2 + t * (k3 + t * k4)));
+    let slope = T::one() + t * (three * k1 + t * (five * k2 + t * (seven * k3 + t * (nine * k4))));
+    (angle * polynomial, slope)
+}
+
+/// c = θ_d / r and (∂c/∂x)/x.
+fn equidistant<T: Real>(k: &[T; 4], rho: T) -> (T, T) {
+    if rho < T::lit(NEAR_AXIS) {
+        // θ = r − r³/3 + r⁵/5 − …
+        let [first, second] = [k[0] - T::lit(1.0 / 3.0), k[1] - k[0] + T::lit(0.2)];
+        let slope = T::lit(2.0) * first + T::lit(4.0) * rho * second;
+        return (T::one() + rho * (first + rho * second), slope);
+    }
+    let radius = rho.sqrt();
+    let (bent, by_angle) = bent_angle(k, radius.atan());
+    let radial = bent / radius;
+    (radial, (by_angle / (T::one() + rho) - radial) / rho)
+}
+
+/// The ray of an equidistant lens: θ from θ_d by Newton's method inside a bracket that shrinks.
+fn unbend<T: Real>(k: &[T; 4], distorted: Vector2<T>, max_radius2: T) -> Option<Vector2<T>> {
+    let wanted = distorted.norm();
+    if !wanted.is_finite() {
+        return None;
+    }
+    if wanted * wanted < T::lit(NEAR_AXIS) * T::lit(0.01) {
+        let first = k[0] - T::lit(1.0 / 3.0);
+        return Some(distorted * (T::one() - wanted * wanted * first));
+    }
+    let (mut low, mut high) = (T::zero(), max_radius2.sqrt().atan());
+    if wanted > bent_angle(k, high).0 {
+        return None;
+    }
+    let mut angle = wanted.min(high);
+    for _ in 0..3 * MAX_ITERATIONS {
+        let (bent, slope) = bent_angle(k, angle);
+        let error = bent - wanted;
+        if error > T::zero() {
+            high = angle;
+        } else {
+            low = angle;
+        }
+        let newton = angle - error / slope;
+        let next = if newton > low && newton < high { newton } else { (low + high) * T::lit(0.5) };
+        let step = (next - angle).abs();
+        if step <= angle * T::default_epsilon() {
+            break;
+        }
+        angle = next;
+    }
+    Some(distorted * (angle.tan() / wanted))
+}
+
+pub(super) fn inverse<T: Real>(m: &Matrix2<T>) -> Option<Matrix2<T>> {
+    let determinant = m.m11 * m.m22 - m.m12 * m.m21;
+    if !determinant.is_finite() || determinant == T::zero() {
+        return None;
+    }
+    Some(Matrix2::new(m.m22, -m.m12, -m.m21, m.m11) / determinant)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Camera;
+    use std::vec::Vec;
+
+    /// What people's files hold: a wide action camera (8 coefficients of OpenCV), a fisheye, a moderate lens.
+    fn cameras() -> [Camera<f64>; 3] {
+        let rational = Lens::from_polynomial(&[2.1, 0.9, 2e-4, -3e-4, 0.03, 2.45, 1.6, 0.19]).unwrap();
+        let fisheye = Lens::Equidistant([-0.013, 0.021, -0.017, 0.004]);
+        let brown = Distortion { k1: -0.3, k2: 0.12, p1: 1e-3, p2: -5e-4, k3: -0.02 };
+        [
+            Camera::with_lens(1280, 720, [800.0, 798.0], [640.0, 355.0], 0.0, rational).unwrap(),
+            Camera::with_lens(752, 480, [300.0, 300.5], [368.0, 243.0], 0.0, fisheye).unwrap(),
+            Camera::new(640, 480, [420.0, 421.0], [318.0, 242.0], 1e-4, brown).unwrap(),
+        ]
+    }
+
+    #[test]
+    fn every_pixel_comes_back_within_a_billionth_of_a_pixel_or_has_no_ray() {
+        for camera in cameras() {
+            let mut rays = 0;
+            for v in (0..camera.height()).step_by(7) {
+                for u in (0..camera.width()).step_by(7) {
+                    let pixel = Vector2::new(u as f64, v as f64);
+                    let Some(ray) = camera.ray_from_pixel(pixel) else { continue };
+                    let again = camera.pixel_from_ray(ray).unwrap();
+                    // Near 90° off the axis tan θ loses digits.
+                    let tolerance = 1e-9 * (1.0 + ray.norm_squared());
+                    assert!((again - pixel).norm() < tolerance, "{pixel:?} {again:?} {ray:?}");
+                    rays += 1;
+                }
+            }
+            assert!(rays > camera.width() * camera.height() / 49 * 9 / 10);
+        }
+    }
+
+    #[test]
+    fn jacobians_are_the_differences_quotients() {
+        for camera in cameras() {
+            for ray in [[0.0, 0.0], [2e-3, -1e-3], [0.3, 0.2], [-0.6, 0.5]].map(Vector2::from) {
+                let step = 1e-6;
+                let columns: Vec<_> = [Vector2::x(), Vector2::y()]
+                    .into_iter()
+                    .map(|axis| {
+                        let [after, before] = [ray + axis * step, ray - axis * step]
+                            .map(|ray| camera.pixel_from_ray(ray).unwrap());
+                        (after - before) / (2.0 * step)
+                    })
+                    .collect();
+                let difference = camera.pixel_by_ray(ray) - Matrix2::from_columns(&columns);
+                assert!(difference.amax() < 1e-5 * camera.focal().x, "{ray:?}: {difference}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_series_near_the_axis_continues_the_formula() {
+        let k = [-0.05, 0.02, 0.0, 0.0];
+        let (inside, outside) = (NEAR_AXIS * (1.0 - 1e-9), NEAR_AXIS * (1.0 + 1e-9));
+        let (near, far) = (equidistant(&k, inside), equidistant(&k, outside));
+        assert!((near.0 - far.0).abs() < 1e-10 && (near.1 - far.1).abs() < 1e-7, "{near:?} {far:?}");
+    }
+
+    #[test]
+    fn single_precision_follows_double() {
+        for camera in cameras() {
+            let single: Camera<f32> = camera.cast().unwrap();
+            let pixel = Vector2::new(0.8 * camera.width() as f64, 0.7 * camera.height() as f64);
+            let exact = camera.ray_from_pixel(pixel).unwrap();
+            let rounded = single.ray_from_pixel(pixel.cast()).unwrap().cast::<f64>();
+            assert!((rounded - exact).norm() < 4e-6 * (1.0 + exact.norm_squared()), "{rounded} {exact}");
+        }
+    }
+
+    #[test]
+    fn eight_coefficients_whose_last_three_are_zero_are_five() {
+        let five = [-0.2, 0.1, 1e-3, 2e-3, 0.05];
+        let eight = Lens::from_polynomial(&[five.as_slice(), &[0.0; 3]].concat()).unwrap();
+        assert_eq!(Some(eight), Lens::from_polynomial(&five));
+        assert_eq!(Lens::from_polynomial(&[0.1; 6]), None);
+    }
+}
