@@ -1,6 +1,6 @@
 //! The pipeline on a simulated corridor, and how well it did against the truth.
 use monorange_core::Result;
-use monorange_core::geometry::{Camera, Distortion, Mount, Pose, RangeFinder, wrap_angle};
+use monorange_core::geometry::{Pose, RangeFinder, wrap_angle};
 use monorange_core::image::Grey;
 use monorange_core::pipeline::{Config, Memory, MotionNoise, Odometry, OnHeap, Pipeline};
 use monorange_sim::{MOUNT_STD, Simulation};
@@ -11,13 +11,7 @@ use nalgebra::{Vector2, Vector3};
 /// # Errors
 /// None for a rig that is valid already.
 pub fn single_precision(finder: &RangeFinder<f64>) -> Result<RangeFinder<f32>> {
-    let (camera, lens) = (finder.camera(), finder.camera().distortion());
-    let [k1, k2, p1, p2, k3] = [lens.k1, lens.k2, lens.p1, lens.p2, lens.k3].map(|k| k as f32);
-    let focal = camera.focal().map(|f| f as f32).into();
-    let principal = camera.principal().map(|c| c as f32).into();
-    let lens = Distortion { k1, k2, p1, p2, k3 };
-    let camera = Camera::new(camera.width(), camera.height(), focal, principal, camera.skew() as f32, lens)?;
-    Ok(RangeFinder::new(camera, Mount::new(finder.mount().parameters().map(|p| p as f32))?))
+    finder.cast()
 }
 
 /// The settings that fit a simulation: its rig, and the noise its odometry was drawn with.

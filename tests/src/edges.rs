@@ -1,6 +1,6 @@
 use crate::Noise;
 use monorange_core::Real;
-use monorange_core::geometry::{Camera, Distortion, Mount, RangeFinder};
+use monorange_core::geometry::{Camera, Mount, RangeFinder};
 use monorange_core::lines::{EdgePoint, ExtractConfig, Extractor, mask_words, point_count, row_words};
 use nalgebra::{Matrix2, Rotation2, Vector2};
 
@@ -121,13 +121,5 @@ fn quantiles(n: usize) -> Vec<f64> {
 /// # Panics
 /// When a value is beyond what `f32` can hold.
 pub fn narrow(finder: &RangeFinder<f64>) -> RangeFinder<f32> {
-    let camera = finder.camera();
-    let lens = camera.distortion();
-    let [k1, k2, p1, p2, k3] = [lens.k1, lens.k2, lens.p1, lens.p2, lens.k3].map(|k| k as f32);
-    let (focal, principal): ([f32; 2], [f32; 2]) =
-        (camera.focal().cast().into(), camera.principal().cast().into());
-    let lens = Distortion { k1, k2, p1, p2, k3 };
-    let camera = Camera::new(camera.width(), camera.height(), focal, principal, camera.skew() as f32, lens);
-    let mount = Mount::new(finder.mount().parameters().map(|value| value as f32));
-    RangeFinder::new(camera.expect("was valid"), mount.expect("was valid"))
+    finder.cast().expect("was valid")
 }
