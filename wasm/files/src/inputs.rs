@@ -1,6 +1,6 @@
 //! The text files that come with pictures, read by the command line's own readers.
 use core::fmt::Display;
-use monorange_core::geometry::Pose;
+use monorange_core::geometry::{Lens, Pose};
 use monorange_core::pipeline::{self, Config};
 use monorange_formats::evaluation::{MAX_TRUTH_GAP, Truth};
 use monorange_formats::files::{
