@@ -51,9 +51,10 @@ class Picture:
         self.unit, self.height = focal.mean() / UNIT_FOCAL, mount["height"]
 
     def turn(self):
-        """Mirrors what is brighter on the left of its vertical edge."""
+        """Mirrors what is brighter on the left of its vertical edge, or falls more to the left where it has none."""
         at = {name: i for i, name in enumerate(self.names)}
-        turned = self.features[:, at["vertical_brighter_right"]] < 0
+        polarity, left, right = (self.features[:, at[name]] for name in ("vertical_brighter_right", "left_fall", "right_fall"))
+        turned = (polarity < 0) | ((polarity == 0) & (left > right))
         for one, other in EXCHANGED.items():
             i, j = at[one], at[other]
             self.features[np.ix_(turned, [i, j])] = self.features[np.ix_(turned, [j, i])]

@@ -20,9 +20,12 @@ from proposals import read, suppress
 
 JUDGES = ("real", "half")
 FOLDS = 5
-DRIVE_WEIGHT = 0.5
-"""Of a drive's picture beside a still: neighbours in time look alike."""
-SEEDS = 2
+WEIGHTS = {"dev_": 0.5, "sim_": 0.4}
+"""Of a proposal beside one on a still, by the beginning of its set's name: a drive's neighbours in time look alike, and the
+simulator's places are all of one kind."""
+UNITS, EPOCHS = (20, 20, 10), 6
+TEACHERS = 2
+"""The shipped network learns what so many say together on the average."""
 WANTED = {"cabinet": 0.9, "cabinet_half": 0.9, "corridors": 0.8, "stills": 0.75, "dev_office": 0.8, "dev_home": 0.8}
 """The precision at which each set's recall is asked for."""
 
@@ -31,25 +34,35 @@ def is_drive(picture):
     return picture.entry["set"].startswith("dev_")
 
 
-def fit(pictures, seeds=SEEDS):
-    """The inputs' scales and the network (the mean of several is fitted as one: the seeds differ in judging only)."""
+def weight_of(picture):
+    return next((weight for name, weight in WEIGHTS.items() if picture.entry["set"].startswith(name)), 1.0)
+
+
+def fit(pictures, teachers=0):
+    """The inputs' scales and the network. With teachers it learns the mean of their probabilities."""
     pictures = [p for p in pictures if len(p.right)]
     inputs = Inputs.measured(pictures)
     rows = [p.right >= 0 for p in pictures]
     features = np.concatenate([inputs.features(p)[k] for p, k in zip(pictures, rows)])
     pixels = np.concatenate([inputs.pixels(p)[k] for p, k in zip(pictures, rows)])
     right = np.concatenate([p.right[k] for p, k in zip(pictures, rows)]).astype(np.float32)
-    weight = np.concatenate([np.full(k.sum(), DRIVE_WEIGHT if is_drive(p) else 1.0) for p, k in zip(pictures, rows)])
-    nets = [network.fit(features, pixels, right, weight.astype(np.float32), seed) for seed in range(seeds)]
-    return inputs, nets
+    weight = np.concatenate([np.full(k.sum(), weight_of(p)) for p, k in zip(pictures, rows)]).astype(np.float32)
+
+    def one(target, seed):
+        return network.fit(features, pixels, target, weight, seed, UNITS, EPOCHS)
+
+    if teachers:
+        taught = [network.forward(one(right, seed), features, pixels) for seed in range(1, teachers + 1)]
+        right = np.mean([1 / (1 + np.exp(-z)) for z in taught], 0).astype(np.float32)
+    return inputs, one(right, 0)
 
 
 def odds(model, picture):
-    inputs, nets = model
+    """The logits of a picture's proposals."""
+    inputs, net = model
     if len(picture.right) == 0:
         return np.zeros(0)
-    x, p = inputs.features(picture), inputs.pixels(picture)
-    return np.mean([network.forward(net, x, p) for net in nets], 0)
+    return network.forward(net, inputs.features(picture), inputs.pixels(picture))
 
 
 class Tally:
@@ -112,7 +125,7 @@ def fold_of(pictures):
     return {group: i % FOLDS for i, group in enumerate(groups)}
 
 
-def judge(sets, fit=fit, only=None):
+def judge(sets, only=None):
     """A tally of every set by fits that have not seen it."""
     names = [name for name in sets if name not in JUDGES]
     all_fits = [p for name in names for p in sets[name]]
@@ -130,13 +143,13 @@ def judge(sets, fit=fit, only=None):
         fold = fold_of(sets["stills"])
         others = [p for name in names if name != "stills" for p in sets[name]]
         for k in range(FOLDS):
-            model = fit([p for p in sets["stills"] if fold[p.entry["group"]] != k] + others, 1)
+            model = fit([p for p in sets["stills"] if fold[p.entry["group"]] != k] + others)
             for picture in sets["stills"]:
                 if picture.entry["copy"] == 0 and fold[picture.entry["group"]] == k:
                     add(picture, model)
     for name in names:
         if name.startswith("dev_") and (only is None or "drives" in only):
-            model = fit([p for other in names if other != name for p in sets[other]], 1)
+            model = fit([p for other in names if other != name for p in sets[other]])
             for picture in sets[name]:
                 if picture.entry["copy"] == 0:
                     add(picture, model)
@@ -169,17 +182,17 @@ def platt(pairs):
 
 def write(sets, path):
     """One network on all sets but the judges, calibrated by the logits of stills and drives in fits without them."""
-    left_out = judge(sets, fit=lambda pictures, seeds=1: fit(pictures, 1), only={"stills", "drives"})
+    left_out = judge(sets, only={"stills", "drives"})
     show(left_out)
     slope, shift = platt([pair for tally in left_out.values() for pair in tally.pairs])
     print(f"calibration: {slope:.3f} logit {shift:+.3f}")
     pictures = [p for name in sets if name not in JUDGES for p in sets[name]]
-    inputs, nets = fit(pictures, 1)
-    w = weights.quantised(weights.calibrated(nets[0], slope, shift))
+    inputs, net = fit(pictures, TEACHERS)
+    w = weights.quantised(weights.calibrated(net, slope, shift))
     judged = {}
     for name in JUDGES:
         for picture in sets.get(name, []):
-            judged.setdefault(picture.entry["set"], Tally()).add(picture, odds((inputs, [w]), picture))
+            judged.setdefault(picture.entry["set"], Tally()).add(picture, odds((inputs, w), picture))
     show(judged)
     note = "\n".join(
         ["Fitted on " + ", ".join(name for name in sets if name not in JUDGES) + "; never on " + ", ".join(JUDGES) + "."]
