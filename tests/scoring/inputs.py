@@ -32,6 +32,28 @@ def pooled(picture):
     return (picture[:, ::2, ::2] + picture[:, 1::2, ::2] + picture[:, ::2, 1::2] + picture[:, 1::2, 1::2]) / 4.0
 
 
+def plain(picture):
+    """What a straight score sees of each proposal; `core/src/lines/score.rs` says the same."""
+    f = {name: picture.features[:, i] for i, name in enumerate(picture.names)}
+    length = np.log(np.maximum(f["vertical_length"], 5.0))
+    one_sided = (f["both"] == 0) | (f["left_brighter_below"] == f["right_brighter_below"])
+    columns = [
+        np.log(f["unlike_floor"] + 0.3),
+        0.25 * length * length,
+        np.log(f["contrast_above"] + 0.5),
+        np.log(f["texture_below"] + 0.5),
+        np.minimum(f["vertical_width"], 4.0),
+        np.minimum(f["edge_below"], 4.0),
+        np.minimum(f["vertical_below"], 1.0),
+        np.clip(f["below_end"], 0.0, 20.0) / 10.0,
+        np.minimum(f["lines_below"], 3.0),
+        one_sided,
+        f["vertical_turn"],
+        f["vertical_length"] == 0,
+    ]
+    return np.stack(columns, 1).astype(np.float64)
+
+
 class Inputs:
     def __init__(self, names, mean, spread):
         self.names, self.mean, self.spread = names, mean, spread

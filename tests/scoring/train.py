@@ -15,7 +15,7 @@ import numpy as np
 
 import network
 import weights
-from inputs import Inputs
+from inputs import Inputs, plain
 from proposals import read, suppress
 
 JUDGES = ("real", "half")
@@ -34,13 +34,37 @@ def is_drive(picture):
     return picture.entry["set"].startswith("dev_")
 
 
+SHARES = (0.75, 0.5)
+"""Of the network's logit and of the straight score's in the sum."""
+
+
+def logistic(columns, right, weight, ridge=1.0):
+    """Coefficients, the last of 1, of the likeliest logistic score (Newton's method)."""
+    design = np.column_stack([columns, np.ones(len(columns))])
+    keep = ridge * np.eye(design.shape[1])
+    keep[-1, -1] = 1e-9
+    at = np.zeros(design.shape[1])
+    for _ in range(30):
+        p = 1 / (1 + np.exp(-design @ at))
+        gradient = design.T @ (weight * (right - p)) - keep @ at
+        at += np.linalg.solve((design.T * (weight * p * (1 - p))) @ design + keep, gradient)
+    return at
+
+
 def weight_of(picture):
     return next((weight for name, weight in WEIGHTS.items() if picture.entry["set"].startswith(name)), 1.0)
 
 
 def fit(pictures, teachers=0):
-    """The inputs' scales and the network. With teachers it learns the mean of their probabilities."""
+    """The inputs' scales, the network and the straight score. With teachers the network learns the mean of their probabilities."""
     pictures = [p for p in pictures if len(p.right)]
+    clean = [p for p in pictures if p.entry["copy"] == 0]
+    known = [p.right >= 0 for p in clean]
+    straight = logistic(
+        np.concatenate([plain(p)[k] for p, k in zip(clean, known)]),
+        np.concatenate([p.right[k] for p, k in zip(clean, known)]),
+        np.concatenate([np.full(k.sum(), weight_of(p)) for p, k in zip(clean, known)]),
+    )
     inputs = Inputs.measured(pictures)
     rows = [p.right >= 0 for p in pictures]
     features = np.concatenate([inputs.features(p)[k] for p, k in zip(pictures, rows)])
@@ -54,15 +78,16 @@ def fit(pictures, teachers=0):
     if teachers:
         taught = [network.forward(one(right, seed), features, pixels) for seed in range(1, teachers + 1)]
         right = np.mean([1 / (1 + np.exp(-z)) for z in taught], 0).astype(np.float32)
-    return inputs, one(right, 0)
+    return inputs, one(right, 0), straight
 
 
 def odds(model, picture):
     """The logits of a picture's proposals."""
-    inputs, net = model
+    inputs, net, straight = model
     if len(picture.right) == 0:
         return np.zeros(0)
-    return network.forward(net, inputs.features(picture), inputs.pixels(picture))
+    by_network = network.forward(net, inputs.features(picture), inputs.pixels(picture))
+    return SHARES[0] * by_network + SHARES[1] * (plain(picture) @ straight[:-1] + straight[-1])
 
 
 class Tally:
@@ -187,12 +212,12 @@ def write(sets, path):
     slope, shift = platt([pair for tally in left_out.values() for pair in tally.pairs])
     print(f"calibration: {slope:.3f} logit {shift:+.3f}")
     pictures = [p for name in sets if name not in JUDGES for p in sets[name]]
-    inputs, net = fit(pictures, TEACHERS)
-    w = weights.quantised(weights.calibrated(net, slope, shift))
+    inputs, net, straight = fit(pictures, TEACHERS)
+    w = weights.joined(weights.quantised(net), straight, SHARES, slope, shift)
     judged = {}
     for name in JUDGES:
         for picture in sets.get(name, []):
-            judged.setdefault(picture.entry["set"], Tally()).add(picture, odds((inputs, w), picture))
+            judged.setdefault(picture.entry["set"], Tally()).add(picture, weights.logits(inputs, w, picture))
     show(judged)
     note = "\n".join(
         ["Fitted on " + ", ".join(name for name in sets if name not in JUDGES) + "; never on " + ", ".join(JUDGES) + "."]

@@ -2,6 +2,7 @@
 import numpy as np
 
 import network
+from inputs import plain
 from proposals import Picture
 
 SIDE, CONTEXT_SIDE = 16, 12
@@ -19,11 +20,21 @@ def quantised(w):
     return out
 
 
-def calibrated(w, slope, shift):
-    """The network whose logit is slope · logit + shift."""
+def joined(w, straight, shares, slope, shift):
+    """The network and the straight score as one table whose logit is slope · (their sum by shares) + shift."""
+    by_network, by_straight = slope * shares[0], slope * shares[1]
     out = dict(w)
-    out["out"], out["straight"], out["bias"] = w["out"] * slope, w["straight"] * slope, w["bias"] * slope + shift
+    out["out"], out["straight"] = w["out"] * by_network, w["straight"] * by_network
+    out["plain"] = straight[:-1] * by_straight
+    out["bias"] = w["bias"] * by_network + straight[-1] * by_straight + shift
     return out
+
+
+def logits(inputs, w, picture):
+    """What the core computes."""
+    if len(picture.features) == 0:
+        return np.zeros(0)
+    return network.forward(w, inputs.features(picture), inputs.pixels(picture)) + plain(picture) @ w["plain"]
 
 
 def made_up(number, names):
@@ -56,7 +67,7 @@ def expected(inputs, names, w):
     out = []
     for number in range(CASES):
         case = Case(names, *made_up(number, names))
-        out.append(float(network.forward(w, inputs.features(case), inputs.pixels(case))[0]))
+        out.append(float(logits(inputs, w, case)[0]))
     return out
 
 
@@ -113,6 +124,7 @@ pub(super) static SCALES: [Input; INPUTS] = [
 {layer("HIDDEN", w, "hidden")}
 pub(super) static OUT: [f32; HIDDEN_UNITS] = [{numbers(w["out"])}];
 pub(super) static STRAIGHT: [f32; INPUTS] = [{numbers(w["straight"])}];
+pub(super) static PLAIN: [f32; {len(w["plain"])}] = [{numbers(w["plain"])}];
 pub(super) const BIAS: f32 = {float(w["bias"][0]):.6e};
 
 /// The inputs' names, and the logits of the tests' made-up candidates.
