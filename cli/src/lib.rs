@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`sequence`] | a recorded drive: pictures, times, odometry and truth, checked against each other |
 //! | [`outputs`] | files that appear whole or not at all |
+//! | [`interrupt`] | Ctrl-C and its like: what is unfinished goes |
 //! | [`calibration`] | the mount from points, drives or vertical edges |
 //! | [`reproduce`] | the paper's tables and figures |
 //! | [`commands`] | one module a command, and nothing else |
@@ -12,6 +13,7 @@
 //! all ([`outputs::Outputs`]). Every [`Error`](monorange_formats::Error) names the file, the line or field, the cause and what to do.
 pub mod calibration;
 pub mod commands;
+pub mod interrupt;
 pub mod outputs;
 pub mod reproduce;
 pub mod sequence;

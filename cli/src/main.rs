@@ -3,7 +3,11 @@ use clap::Parser;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    match monorange::commands::run(monorange::commands::Cli::parse()) {
+    let arguments = monorange::commands::Cli::parse();
+    monorange::interrupt::watch();
+    let done = monorange::commands::run(arguments);
+    monorange::commands::say_warnings();
+    match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error}");

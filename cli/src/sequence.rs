@@ -1,15 +1,18 @@
 //! A recorded drive: pictures, their times, odometry and truth, checked against each other.
+use crate::commands;
 use monorange_formats::{
     Error, Result,
-    files::{Odometry, Rig, Stamped, read_times, read_trajectory},
-    pictures,
+    evaluation::{MAX_TRUTH_GAP, Truth},
+    files::{Odometry, Rig, Stamped, read_trajectory},
+    pictures::{self, Frames},
+    plausibility,
 };
 use std::path::{Path, PathBuf};
 
 /// Where the parts of a drive are.
 #[derive(Clone, Copy, Debug)]
 pub struct SequenceFiles<'a> {
-    /// The folder of pictures.
+    /// The folder of pictures, or of a known dataset.
     pub frames: &'a Path,
     /// One time a line; `times.txt` beside the folder without it.
     pub times: Option<&'a Path>,
@@ -22,7 +25,7 @@ pub struct SequenceFiles<'a> {
 /// The parts of a drive that fit each other.
 #[derive(Debug)]
 pub struct Sequence {
-    /// The pictures in natural order of their names.
+    /// The pictures in the order of time.
     pub images: Vec<PathBuf>,
     /// When each was taken, s.
     pub times: Vec<f64>,
@@ -30,6 +33,8 @@ pub struct Sequence {
     pub odometry: Option<Odometry>,
     /// True poses; none without a file.
     pub truth: Vec<Stamped>,
+    /// The folder of the pictures.
+    pub folder: PathBuf,
 }
 
 impl Sequence {
@@ -39,36 +44,37 @@ impl Sequence {
     /// When a file is missing or malformed, a picture has another size than the rig's, there are more or fewer times
     /// than pictures, or the odometry does not cover them.
     pub fn read(files: SequenceFiles<'_>, rig: &Rig) -> Result<Self> {
-        let images = pictures::in_folder(files.frames)?;
+        let Frames { images, times, folder } = pictures::frames(files.frames, files.times)?;
         let camera = rig.finder.camera();
         for image in &images {
             pictures::check_size(image, camera.width(), camera.height())?;
         }
-        let times = times(files, images.len())?;
+        plausibility::check_steps(files.times.unwrap_or(&folder), &times)?;
         let odometry = files.odometry.map(Odometry::read).transpose()?;
         if let (Some(odometry), Some(path)) = (&odometry, files.odometry) {
             odometry.check_cover(path, &times)?;
         }
         let truth = files.truth.map(read_trajectory).transpose()?.unwrap_or_default();
-        Ok(Self { images, times, odometry, truth })
+        if let Some(path) = files.truth {
+            check_truth(path, &truth, &times)?;
+        }
+        commands::say_warnings();
+        Ok(Self { images, times, odometry, truth, folder })
     }
 }
 
-fn times(files: SequenceFiles<'_>, frames: usize) -> Result<Vec<f64>> {
-    let found = beside(files.frames, "times.txt");
-    let path = files.times.or(found.as_deref()).ok_or_else(|| {
-        Error::new("the frames have no times").at(files.frames).help("give --times with one time a line, s")
-    })?;
-    let times = read_times(path)?;
-    if times.len() == frames {
-        return Ok(times);
+/// Fails before the work when nothing of it can be compared.
+fn check_truth(path: &Path, truth: &[Stamped], times: &[f64]) -> Result<()> {
+    let known = Truth::new(truth, MAX_TRUTH_GAP);
+    if times.iter().any(|time| known.at(*time).is_some()) {
+        return Ok(());
     }
-    let cause = format!("has {} times for {frames} pictures", times.len());
-    Err(Error::new(cause).at(path).help("give one time for every picture of the folder"))
-}
-
-/// A file of this name beside the folder, if there is one.
-pub fn beside(folder: &Path, name: &str) -> Option<PathBuf> {
-    let path = folder.components().as_path().parent()?.join(name);
-    path.is_file().then_some(path)
+    let ends = |first: Option<f64>, last: Option<f64>| {
+        format!("{} s to {} s", first.unwrap_or(0.0), last.unwrap_or(0.0))
+    };
+    let truth = ends(truth.first().map(|pose| pose.time), truth.last().map(|pose| pose.time));
+    let frames = ends(times.first().copied(), times.last().copied());
+    Err(Error::new(format!("covers {truth}, the frames {frames}: no pose to compare"))
+        .at(path)
+        .help("give the truth on the frames' clock, without gaps of more than a second"))
 }

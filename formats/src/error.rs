@@ -34,6 +34,34 @@ impl Error {
         self.at(place)
     }
 
+    /// All of it in one line, as a warning is printed.
+    pub fn in_one_line(&self) -> String {
+        self.one_line("")
+    }
+
+    /// All of it in one line, with a remark behind the place.
+    pub(crate) fn one_line(&self, after_place: &str) -> String {
+        let place = self.place.as_ref().map_or(String::new(), |place| format!("{place}{after_place}: "));
+        let help = self.help.as_ref().map_or(String::new(), |help| format!("; {help}"));
+        format!("{place}{}{help}", self.cause).replace('\n', " ")
+    }
+
+    /// Whether both say the same of two files.
+    pub(crate) fn says_the_same(&self, other: &Self) -> bool {
+        self.cause == other.cause && self.help == other.help
+    }
+
+    /// The same error of an entry, whose name goes before the cause.
+    pub(crate) fn in_entry(mut self, entry: &str) -> Self {
+        self.cause = format!("{entry} {}", self.cause);
+        self
+    }
+
+    /// Whether its cause has this word.
+    pub(crate) fn says(&self, word: &str) -> bool {
+        self.cause.contains(word)
+    }
+
     /// The same error with what to do.
     pub fn help(mut self, help: impl fmt::Display) -> Self {
         self.help = Some(help.to_string());

@@ -8,6 +8,8 @@
 //! | [`extraction`] | the core's extractor with memory from the heap |
 //! | [`draw`] | overlays |
 //! | [`report`] | what a run writes: `report.html` and the plain files |
+//! | [`plausibility`] | what numbers that cannot be meant look like, a file a subject |
+//! | [`warnings`] | what looks wrong and is used all the same |
 //! | [`sensor_log`] | the filter on the log of another sensor |
 //!
 //! Elementary functions are `libm`'s, here as in the core: what the page writes must not differ in a last bit from what
@@ -18,7 +20,9 @@ pub mod evaluation;
 pub mod extraction;
 pub mod files;
 pub mod pictures;
+pub mod plausibility;
 pub mod report;
 pub mod sensor_log;
+pub mod warnings;
 
 pub use error::{Error, Result, nearest};

@@ -1,4 +1,5 @@
 //! `calibrate-mount`: how the camera sits on the robot, from what it sees.
+use super::rig_file::RigFile;
 use crate::{
     calibration::{self, Calibration, Evidence},
     outputs::{Outputs, to_file_or_stdout},
@@ -9,6 +10,7 @@ use monorange_core::calibration::{Fitted, KnownPoint, PointNoise};
 use monorange_formats::{
     Error, Result,
     files::{Rig, Table},
+    plausibility,
 };
 use nalgebra::Vector2;
 use std::path::{Path, PathBuf};
@@ -27,9 +29,8 @@ Example:
   printf 'u,v,range,bearing\\n60,200,0.88,0.26\\n250,195,0.92,-0.30\\n60,150,1.33,0.25\\n240,140,1.48,-0.26\\n' > points.csv
   monorange calibrate-mount --rig corridor-10/rig.toml --points points.csv --fit tilt,roll,yaw --out fitted.toml")]
 pub struct Arguments {
-    /// Camera and the mount as measured by hand (TOML).
-    #[arg(long, value_name = "FILE")]
-    rig: PathBuf,
+    #[command(flatten)]
+    rig: RigFile,
     /// Floor points of known place (CSV u,v,range,bearing or u,v,x,y).
     #[arg(long, value_name = "FILE", conflicts_with = "frames", required_unless_present = "frames")]
     points: Option<PathBuf>,
@@ -75,7 +76,7 @@ enum Parameter {
 /// # Errors
 /// When a file is missing or malformed, or the evidence does not determine what is to be fitted.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let rig = Rig::read(&arguments.rig)?;
+    let rig = arguments.rig.read()?;
     let calibration = match (&arguments.points, &arguments.frames) {
         (Some(points), _) => from_points(arguments, &rig, points)?,
         (None, Some(frames)) => from_frames(arguments, &rig, frames)?,
@@ -83,8 +84,18 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             return Err(Error::new("there is nothing to fit to").help("give --points or --frames"));
         }
     };
+    if calibration
+        .parameters
+        .iter()
+        .any(|parameter| !(parameter.fitted.is_finite() && parameter.std.is_finite()))
+    {
+        return Err(Error::new(
+            "the fit does not come to finite numbers: the evidence contradicts the rig's mount",
+        )
+        .help("correct the points, or height and tilt in the rig file"));
+    }
     if let Some(out) = &arguments.out {
-        let text = calibration.rig_text(&arguments.rig, out)?;
+        let text = calibration.rig_text(&arguments.rig.rig, out)?;
         let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let name = out.file_name().ok_or_else(|| Error::new("is not a file's name").at(out))?;
         let mut outputs = Outputs::into_folder(folder)?;
@@ -108,6 +119,19 @@ fn fitted(chosen: &[Parameter], all: Fitted) -> Fitted {
 
 fn from_points(arguments: &Arguments, rig: &Rig, path: &Path) -> Result<Calibration> {
     let points = known_points(path)?;
+    let seen = points
+        .iter()
+        .filter_map(|point| Some((point.range_bearing.x, rig.finder.sight(point.pixel).ok()?.range)));
+    plausibility::check_known_ranges(seen).map_err(|error| error.at(path))?;
+    if let Some((place, point)) =
+        points.iter().enumerate().find(|(_, point)| point.range_bearing.y.abs() > std::f64::consts::PI)
+    {
+        let cause =
+            format!("the bearing is {}, more than half a turn: it looks like degrees", point.range_bearing.y);
+        return Err(Error::new(cause)
+            .at(path)
+            .help(format!("bearings are radians: divide degrees by 57.29578 (point {})", place + 1)));
+    }
     let noise = PointNoise {
         pixel_std_px: arguments.pixel_std,
         range_std_share: arguments.range_std / 100.0,

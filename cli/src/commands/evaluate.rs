@@ -3,9 +3,12 @@ use crate::outputs::to_file_or_stdout;
 use clap::Args;
 use monorange_formats::{
     Error, Result,
-    evaluation::{Align, MapErrors, MapPairing, TrajectoryErrors, Truth, map_errors, trajectory_errors},
+    evaluation::{
+        Align, MapErrors, MapPairing, Pair, TrajectoryErrors, Truth, map_errors, trajectory_errors,
+    },
     files::{read_map, read_trajectory},
 };
+use nalgebra::Vector2;
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -54,6 +57,37 @@ fn positive(text: &str) -> std::result::Result<f64, String> {
     number.ok_or_else(|| "must be a number above 0".to_owned())
 }
 
+/// What cannot be fitted to poses that all stand at one place.
+fn check_motion(arguments: &Arguments, pairs: &[Pair]) -> Result<()> {
+    let spread = |position: fn(&Pair) -> Vector2<f64>| {
+        let first = pairs.first().map(position).unwrap_or_default();
+        pairs.iter().map(|pair| (position(pair) - first).norm()).fold(0.0, f64::max)
+    };
+    let (truth, estimate) =
+        (spread(|pair| pair.truth.position()), spread(|pair| pair.estimate.pose.position()));
+    for (name, path, spread) in
+        [("truth", &arguments.truth, truth), ("estimate", &arguments.estimate, estimate)]
+    {
+        // A millimetre is below what any truth is good for.
+        if spread > 1e-3 {
+            continue;
+        }
+        let error = Error::new(format!(
+            "the {name} does not move ({} poses within {:.1} mm)",
+            pairs.len(),
+            1e3 * spread
+        ))
+        .at(path);
+        match arguments.align {
+            Align::Sim2 => return Err(error.help("no scale can be fitted to it: use --align none or se2")),
+            Align::Se2 => error.help("no rotation can be fitted to it").warn(),
+            Align::None if name == "truth" => error.help("errors in percent of its path say nothing").warn(),
+            Align::None => {}
+        }
+    }
+    Ok(())
+}
+
 #[derive(Serialize)]
 struct Evaluation {
     trajectory: TrajectoryErrors,
@@ -80,6 +114,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             .at(&arguments.estimate)
             .help("give both on the same clock, or a larger --max-gap"));
     }
+    check_motion(arguments, &pairs)?;
     let trajectory = trajectory_errors(&pairs, arguments.align, arguments.delta);
     let map = match (&arguments.map, &arguments.true_map) {
         (Some(map), Some(true_map)) => {

@@ -18,9 +18,9 @@ use monorange_core::{
 };
 use monorange_formats::{
     Error, Result,
-    files::{MapPoint, Rig, Stamped},
+    files::{MapPoint, Stamped},
     pictures::Picture,
-    report::{Observation, Run},
+    report::{OUTPUTS, Observation, Run},
 };
 use monorange_protocol::{client::Answer, conversion, message};
 use nalgebra::{Matrix2, Matrix3, Vector2};
@@ -71,13 +71,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         Duration::try_from_secs_f64(arguments.patience).ok().filter(|patience| !patience.is_zero());
     let patience =
         patience.ok_or_else(|| Error::new("--patience is no time").help("give seconds above 0"))?;
-    let rig = Rig::read(&arguments.inputs.rig)?;
-    check_settings(&rig.settings).map_err(|error| error.at(&arguments.inputs.rig))?;
+    let rig = arguments.inputs.rig.read()?;
+    check_settings(&rig.settings).map_err(|error| error.at(&arguments.inputs.rig.rig))?;
     let sequence = Sequence::read(arguments.inputs.files(), &rig)?;
     if sequence.odometry.is_none() {
         eprintln!("warning: without --odometry the device takes the robot to stand still");
     }
-    let mut outputs = Outputs::into_folder(&arguments.out)?;
+    let mut outputs = Outputs::of_a_run(&arguments.out, &OUTPUTS, "report.json")?;
     let mut drive = Drive {
         sequence: &sequence,
         session: Session::new(&arguments.line, &rig, patience),
@@ -92,7 +92,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     run.verdict = if health.measurements == 0 { "unchecked" } else { health.verdict().as_str() };
     run.mean_nis = health.mean_nis();
     add_truth(&mut run, &arguments.inputs, &sequence, start)?;
-    results::write(&mut outputs, &run)?;
+    results::write(&mut outputs, &mut run)?;
     outputs.commit()?;
     results::print(&run, &arguments.out, arguments.json)
 }
@@ -136,13 +136,19 @@ impl Drive<'_> {
         let mut mark = self.mark(0, self.start, None);
         let (mut next, mut reached, mut farthest) = (0, self.start, 0);
         let mut advanced = Instant::now();
+        let mut said = String::new();
         loop {
             match self.advance(next, frames, save_every, &mut reached, &mut mark) {
                 Ok(()) if next == frames => break,
                 Ok(()) => next += 1,
                 Err(Failure::Refused(error)) => return Err(error),
                 Err(Failure::Line(error)) => {
-                    bar.suspend(|| eprintln!("warning: {error}; again from frame {}", mark.frame));
+                    // Once for each cause: a device that is not there is not there five times a second.
+                    let words = format!("{}: {error}; again from frame {}", self.session.line(), mark.frame);
+                    if said != words {
+                        bar.suspend(|| eprintln!("warning: {words}"));
+                        said = words;
+                    }
                     if advanced.elapsed() > patience {
                         let line = self.session.line();
                         return Err(Error::new(format!("{line}: {error}"))

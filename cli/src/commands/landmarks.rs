@@ -1,4 +1,5 @@
 //! `landmarks`: pictures → floor corners, with an overlay to look at.
+use super::rig_file::RigFile;
 use crate::{
     commands::progress,
     outputs::{Outputs, to_file_or_stdout},
@@ -34,9 +35,8 @@ Example:
   monorange simulate --scene corridor --frames 10 --out corridor-10
   monorange landmarks --rig corridor-10/rig.toml corridor-10/frames/000000.png --overlay corridor-10/overlay")]
 pub struct Arguments {
-    /// Camera and mount (TOML).
-    #[arg(long, value_name = "FILE")]
-    rig: PathBuf,
+    #[command(flatten)]
+    rig: RigFile,
     /// PNG, JPEG or PNM pictures, or folders of them.
     #[arg(required = true, value_name = "IMAGE")]
     images: Vec<PathBuf>,
@@ -53,7 +53,7 @@ pub struct Arguments {
 /// # Errors
 /// When the rig is malformed, a picture has another size than the rig's, or none could be read.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let rig = Rig::read(&arguments.rig)?;
+    let rig = arguments.rig.read()?;
     let mut extractor = extractor(&rig)?;
     let images = expand(&arguments.images)?;
     let camera = rig.finder.camera();
@@ -70,7 +70,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         let picture = match Picture::read(image) {
             Ok(picture) => picture,
             Err(error) => {
-                bar.suspend(|| eprintln!("warning: left out: {error}"));
+                bar.suspend(|| eprintln!("warning: left out: {}", error.in_one_line()));
                 continue;
             }
         };
@@ -84,7 +84,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         crowded += usize::from(lines + corners > 0);
         if let Some(outputs) = &mut outputs {
             let png = overlay(&rig, &extraction, extractor.edge_points(), &picture, image)?;
-            outputs.write(&overlay_name(image, &mut names), |out| out.write_all(&png))?;
+            let name = overlay_name(image, &mut names);
+            let there = arguments.overlay.iter().map(|folder| folder.join(&name)).find(|path| path.exists());
+            if let Some(path) = there.filter(|path| !is_overlay(path)) {
+                let error =
+                    Error::new("is a picture that this command did not draw, and would be written over");
+                return Err(error.at(path).help("name another folder with --overlay"));
+            }
+            outputs.write(&name, |out| out.write_all(&marked(&png)))?;
         }
     }
     bar.finish_and_clear();
@@ -175,6 +182,25 @@ fn overlay(
     let name = image.file_name().unwrap_or_default().to_string_lossy();
     let count = marks.len();
     overlay.finish(&format!("{name}   {count} floor corner{}", if count == 1 { "" } else { "s" })).png()
+}
+
+/// The text chunk by which an overlay of an earlier run is known, as it may be written over.
+const MARK: &[u8] = b"tEXtSoftware\0monorange landmarks";
+
+/// A PNG with [`MARK`] behind its first chunk, which has a fixed size.
+fn marked(png: &[u8]) -> Vec<u8> {
+    const HEAD: usize = 8 + 25;
+    let Some((head, rest)) = png.split_at_checked(HEAD) else { return png.to_vec() };
+    let length = (MARK.len() as u32 - 4).to_be_bytes();
+    let sum = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(MARK).to_be_bytes();
+    [head, &length, MARK, &sum, rest].concat()
+}
+
+fn is_overlay(path: &Path) -> bool {
+    use std::io::Read;
+    let mut begin = Vec::new();
+    let read = std::fs::File::open(path).and_then(|file| file.take(128).read_to_end(&mut begin));
+    read.is_ok() && begin.windows(MARK.len()).any(|bytes| bytes == MARK)
 }
 
 /// The overlay's name: the picture's, numbered where two pictures of different folders share one.

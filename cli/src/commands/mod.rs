@@ -9,6 +9,7 @@ mod progress;
 pub mod range;
 pub mod reproduce;
 mod results;
+mod rig_file;
 pub mod simulate;
 pub mod slam;
 pub mod slam_log;
@@ -40,6 +41,13 @@ enum Command {
     CalibrateMount(calibrate_mount::Arguments),
     Reproduce(reproduce::Arguments),
     Feed(feed::Arguments),
+}
+
+/// Prints the warnings that were not printed yet, a line each.
+pub fn say_warnings() {
+    for warning in monorange_formats::warnings::fresh() {
+        eprintln!("warning: {warning}");
+    }
 }
 
 /// Runs the command that the arguments name.

@@ -1,10 +1,11 @@
 //! `range`: pixels of the floor → range and bearing with their covariance.
+use super::rig_file::RigFile;
 use crate::outputs::to_file_or_stdout;
 use clap::Args;
 use monorange_core::geometry::NoFloor;
 use monorange_formats::{
     Result,
-    files::{Rig, STANDARD_INPUT, Table, read_standard_input},
+    files::{STANDARD_INPUT, Table, read_standard_input},
 };
 use nalgebra::Vector2;
 use std::path::{Path, PathBuf};
@@ -20,9 +21,8 @@ Example:
   monorange simulate --scene corridor --frames 10 --out corridor-10
   printf 'u,v\\n160,200\\n40,150\\n' | monorange range --rig corridor-10/rig.toml")]
 pub struct Arguments {
-    /// Camera and mount (TOML).
-    #[arg(long, value_name = "FILE")]
-    rig: PathBuf,
+    #[command(flatten)]
+    rig: RigFile,
     /// CSV with the columns u,v; standard input without it.
     pixels: Option<PathBuf>,
     /// Add the mount's own uncertainty, which is common to all pixels, to the pixel's.
@@ -38,7 +38,7 @@ pub struct Arguments {
 /// # Errors
 /// When a file is missing or malformed.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let rig = Rig::read(&arguments.rig)?;
+    let rig = arguments.rig.read()?;
     let table = match &arguments.pixels {
         Some(path) => Table::read(path)?,
         None => Table::parse(Path::new(STANDARD_INPUT), &read_standard_input()?)?,

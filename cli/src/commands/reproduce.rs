@@ -86,7 +86,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         sections.push(archetype::section()?);
     }
     spinner.finish_and_clear();
-    let mut outputs = Outputs::into_folder(&arguments.out)?;
+    let mut outputs = Outputs::of_a_run(&arguments.out, &[], "reproduce.html")?;
     let command = std::env::args().collect::<Vec<_>>().join(" ");
     outputs.write("reproduce.html", |out| out.write_all(reproduce::page(&sections, &command).as_bytes()))?;
     for section in &sections {

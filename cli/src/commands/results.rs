@@ -1,27 +1,54 @@
 //! What `slam` and `slam-log` give: the same files, and the same lines.
+use super::say_warnings;
 use crate::outputs::{Outputs, to_file_or_stdout};
-use monorange_core::geometry::Pose;
 use monorange_formats::{
     Error, Result,
-    evaluation::Truth,
     report::{OUTPUTS, Run},
+    warnings,
 };
 use std::path::Path;
 
-/// The world of the truth, seen from the map: the first true pose is the map's origin.
-pub(super) fn map_from_world(truth: &Truth<'_>, start: f64) -> Result<Pose<f64>> {
-    truth.at(start).map(|pose| pose.inverse()).ok_or_else(|| no_first_pose(start))
+/// What is wrong with a truth that covers no pose of a run.
+pub(super) fn no_common_pose(start: f64) -> Error {
+    Error::new(format!("has no pose from the start, {start} s, to the end"))
+        .help("give the truth on the same clock, without gaps of more than a second")
 }
 
-/// What is wrong with a truth that begins too late.
-pub(super) fn no_first_pose(start: f64) -> Error {
-    Error::new(format!("has no pose at the start, {start} s"))
-        .help("give the truth on the same clock, from the start on")
-}
-
-/// Writes trajectory, map, observations and reports.
-pub(super) fn write(outputs: &mut Outputs, run: &Run) -> Result<()> {
+/// Writes trajectory, map, observations and reports, with what there is to warn of.
+pub(super) fn write(outputs: &mut Outputs, run: &mut Run) -> Result<()> {
+    warn(run);
+    say_warnings();
+    run.warnings = warnings::all();
     OUTPUTS.iter().try_for_each(|name| outputs.write(name, |out| run.write(name, out)))
+}
+
+/// Warns of results that are hardly worth their names.
+fn warn(run: &Run) {
+    let decisions = run.decisions();
+    let [rejected, gated] = ["rejected", "gated"].map(|word| decisions.get(word).copied().unwrap_or(0));
+    let measured = run.observations.len();
+    if 2 * (rejected + gated) > measured && measured > 10 {
+        let words = run.subject.long();
+        let cause =
+            format!("of {measured} {words} {rejected} were rejected and {gated} lay beyond their gates");
+        Error::new(cause)
+            .help("check units, standard deviations and the mount before the results are used")
+            .warn();
+    }
+    if run.no_room > 0 {
+        let cause = format!("there was no room for a landmark {} times", run.no_room);
+        Error::new(cause).help("give a larger --max-landmarks").warn();
+    }
+    if measured == 0 && run.frames_used > 5 {
+        Error::new(format!("no {} were found in {} frames", run.subject.long(), run.frames_used))
+            .help("check the mount: `tilt_deg` is degrees downwards, `height` metres")
+            .warn();
+    }
+    if run.map.is_empty() && measured > 10 {
+        Error::new(format!("no landmark came of {measured} {}", run.subject.long()))
+            .help("the trajectory is the odometry's alone")
+            .warn();
+    }
 }
 
 /// Prints the summary, for a person or as JSON.
@@ -41,7 +68,22 @@ pub(super) fn print(run: &Run, folder: &Path, as_json: bool) -> Result<()> {
             let absolute = &errors.absolute;
             let (end, percent) = (absolute.end_position, absolute.end_position_percent);
             let turn = absolute.end_heading.to_degrees();
-            writeln!(out, "  end error  {end:.3} m ({percent:.2} % of the path), {turn:.2}°")?;
+            let poses = run.trajectory.len();
+            let last = errors.last_time - run.trajectory.first().map_or(0.0, |stamped| stamped.time);
+            if errors.poses < poses {
+                writeln!(
+                    out,
+                    "  compared   {} of {poses} poses, the last one {last:.1} s after the start",
+                    errors.poses
+                )?;
+            }
+            // The truth may be silent at the end.
+            let label = if run.trajectory.last().is_some_and(|end| end.time > errors.last_time) {
+                "last error"
+            } else {
+                "end error"
+            };
+            writeln!(out, "  {label:<10} {end:.3} m ({percent:.2} % of the path), {turn:.2}°")?;
             if let Some(nees) = &errors.nees {
                 let (mean, inside) = (nees.mean_per_dof, 100.0 * nees.inside_3_sigma);
                 writeln!(out, "  NEES/3     {mean:.2} (1 is right), {inside:.1} % of the poses inside 3σ")?;

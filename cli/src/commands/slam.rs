@@ -1,9 +1,10 @@
 //! `slam`: a sequence of pictures → trajectory, map, and a report about both.
+use super::rig_file::RigFile;
 use crate::{
     commands::progress,
     commands::results,
     outputs::Outputs,
-    sequence::{Sequence, SequenceFiles, beside},
+    sequence::{Sequence, SequenceFiles},
 };
 use clap::Args;
 use monorange_core::{
@@ -14,8 +15,9 @@ use monorange_core::{
 use monorange_formats::{
     Error, Result,
     files::{Rig, Stamped, Table, confirmed_map},
-    pictures::Picture,
-    report::{self, Carried, Observation, Run, SHOTS, Shot},
+    pictures::{Picture, beside},
+    plausibility::FrozenCamera,
+    report::{self, Carried, OUTPUTS, Observation, Run, SHOTS, Shot},
 };
 use nalgebra::Vector2;
 use std::{
@@ -55,10 +57,9 @@ pub struct Arguments {
 /// The files of a sequence.
 #[derive(Args, Debug)]
 pub(super) struct Inputs {
-    /// Camera, mount and settings (TOML).
-    #[arg(long, value_name = "FILE")]
-    pub(super) rig: PathBuf,
-    /// The folder of pictures.
+    #[command(flatten)]
+    pub(super) rig: RigFile,
+    /// The folder of pictures, or a folder of EuRoC, KITTI or TUM RGB-D.
     #[arg(long, value_name = "DIR")]
     frames: PathBuf,
     /// Times of the frames, one a line, s.
@@ -77,13 +78,13 @@ pub(super) struct Inputs {
 /// # Errors
 /// When a file is missing, malformed or does not fit the others, or nothing can be written.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let rig = Rig::read(&arguments.inputs.rig)?;
+    let rig = arguments.inputs.rig.read()?;
     let sequence = Sequence::read(arguments.inputs.files(), &rig)?;
-    let mut outputs = Outputs::into_folder(&arguments.out)?;
+    let mut outputs = Outputs::of_a_run(&arguments.out, &OUTPUTS, "report.json")?;
     let mut drive = Drive::new(arguments, &rig, &sequence)?;
     drive.all_frames()?;
-    let run = drive.finish(&arguments.inputs)?;
-    results::write(&mut outputs, &run)?;
+    let mut run = drive.finish(&arguments.inputs)?;
+    results::write(&mut outputs, &mut run)?;
     outputs.commit()?;
     results::print(&run, &arguments.out, arguments.json)
 }
@@ -119,6 +120,8 @@ struct Drive<'a> {
     /// Time of the first frame: the pipeline's clock begins there.
     start: f64,
     reached: f64,
+    /// Whether the camera shows anything new.
+    frozen: FrozenCamera,
     run: Run,
     /// The best frame of every part of the drive, with its number of corners.
     shots: Vec<Option<(usize, Shot)>>,
@@ -128,8 +131,9 @@ impl<'a> Drive<'a> {
     fn new(arguments: &Arguments, rig: &'a Rig, sequence: &'a Sequence) -> Result<Self> {
         let camera = rig.finder.camera();
         let memory = Memory::on_heap(camera.width(), camera.height(), usize::from(arguments.max_landmarks));
-        let refused =
-            |error| Error::new(error).at(&arguments.inputs.rig).help("correct the setting in the rig file");
+        let refused = |error| {
+            Error::new(error).at(&arguments.inputs.rig.rig).help("correct the setting in the rig file")
+        };
         let pipeline = Pipeline::new(rig.settings, memory).map_err(refused)?;
         let start = sequence.times.first().copied().unwrap_or_default();
         let mut run = new_run(&arguments.inputs, rig, sequence);
@@ -141,7 +145,8 @@ impl<'a> Drive<'a> {
             .then(|| VisualMotion::new(VisualConfig { free, ..VisualConfig::default() }).map_err(Error::new))
             .transpose()?;
         let (pixels, shots) = (PixelAssociation::new(carrier), vec![None; SHOTS]);
-        Ok(Self { sequence, rig, pipeline, visual, pixels, start, reached: start, run, shots })
+        let frozen = FrozenCamera::default();
+        Ok(Self { sequence, rig, pipeline, visual, pixels, start, reached: start, frozen, run, shots })
     }
 
     fn all_frames(&mut self) -> Result<()> {
@@ -154,7 +159,7 @@ impl<'a> Drive<'a> {
                     self.frame(frame, *time, &picture, read_ms).map_err(|error| error.at(image))?;
                 }
                 Err(error) => {
-                    bar.suspend(|| eprintln!("warning: left out: {error}"));
+                    bar.suspend(|| eprintln!("warning: left out: {}", error.in_one_line()));
                     let first_line = error.to_string().lines().next().unwrap_or_default().to_owned();
                     self.run.left_out.push(first_line);
                 }
@@ -209,6 +214,8 @@ impl<'a> Drive<'a> {
             wheels = Some(wheels.map_or(step, |before: Increment<f32>| before.then(&step)));
         }
         self.reached = time;
+        let way = wheels.as_ref().map_or(0.0, |step| f64::from(step.delta.xy().norm()));
+        self.frozen.look(&picture.pixels, way);
         let Some(visual) = &mut self.visual else { return Ok(()) };
         let (finder, now) = (self.pipeline.finder(), time - self.start);
         let step = visual.step_with(&finder, now, wheels.as_ref(), picture.grey()?).map_err(Error::new)?;
@@ -270,6 +277,7 @@ impl<'a> Drive<'a> {
         self.run.map = confirmed_map(self.pipeline.filter(), self.start);
         self.run.verdict = match self.pipeline.health().measurements {
             0 => "unchecked",
+            _ if self.frozen.judge() => "unchecked",
             _ => self.pipeline.health().verdict().as_str(),
         };
         self.run.mean_nis = self.pipeline.health().mean_nis();
@@ -287,7 +295,7 @@ pub(super) fn new_run(arguments: &Inputs, rig: &Rig, sequence: &Sequence) -> Run
 
 /// Adds what is true, and how far the run is off.
 pub(super) fn add_truth(run: &mut Run, arguments: &Inputs, sequence: &Sequence, start: f64) -> Result<()> {
-    let points = |name| match beside(&arguments.frames, name) {
+    let points = |name| match beside(&sequence.folder, name) {
         None => Ok(Vec::new()),
         Some(path) => points(&path),
     };
@@ -298,7 +306,7 @@ pub(super) fn add_truth(run: &mut Run, arguments: &Inputs, sequence: &Sequence, 
     };
     match run.compare(start, &sequence.truth, &laser, &points("landmarks.csv")?) {
         true => Ok(()),
-        false => Err(results::no_first_pose(start).at(path)),
+        false => Err(results::no_common_pose(start).at(path)),
     }
 }
 

@@ -10,7 +10,7 @@ use monorange_formats::{
     Error, Result,
     evaluation::{Align, Alignment, MAX_TRUTH_GAP, MapPairing, Truth, map_errors, trajectory_errors},
     files::{self, MapPoint, Odometry},
-    report::{Observation, Run, SettingLine, Setup, Subject},
+    report::{OUTPUTS, Observation, Run, SettingLine, Setup, Subject},
     sensor_log::{self, Association, Dataset, LogResult, ObservationRow, Recording, SensorLog, Settings},
 };
 use std::{
@@ -167,12 +167,15 @@ fn at_least_zero(text: &str) -> std::result::Result<f64, String> {
 /// # Errors
 /// When a file is missing, malformed or does not fit the others, or nothing can be written.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let recording = arguments.recording()?;
-    let settings = arguments.settings(&recording.log);
+    let mut recording = arguments.recording()?;
+    let settings = arguments.settings(&recording.log)?;
+    let left_out = arguments.leave_out_unnamed(&mut recording.log, &settings);
+    super::say_warnings();
+    let mut outputs = Outputs::of_a_run(&arguments.out, &OUTPUTS, "report.json")?;
     let result = sensor_log::run(&recording.log, &settings)?;
-    let mut outputs = Outputs::into_folder(&arguments.out)?;
-    let run = arguments.report(&recording, &settings, result)?;
-    results::write(&mut outputs, &run)?;
+    let mut run = arguments.report(&recording, &settings, result)?;
+    run.left_out.extend(left_out);
+    results::write(&mut outputs, &mut run)?;
     outputs.commit()?;
     results::print(&run, &arguments.out, arguments.json)
 }
@@ -200,9 +203,26 @@ impl Arguments {
         Ok(recording)
     }
 
-    fn settings(&self, log: &SensorLog) -> Settings {
+    /// With names, a measurement without one cannot be used.
+    fn leave_out_unnamed(&self, log: &mut SensorLog, settings: &Settings) -> Option<String> {
+        let all = log.sightings.len();
+        let named = log.sightings.iter().filter(|sighting| sighting.id.is_some()).count();
+        if settings.association == Association::Unknown || named == 0 || named == all {
+            return None;
+        }
+        log.sightings.retain(|sighting| sighting.id.is_some());
+        let words = format!("{} of {all} measurements have no `id`", all - named);
+        let path = self.measurements.as_deref().unwrap_or(Path::new("the log"));
+        Error::new(&words)
+            .at(path)
+            .help("they are left out; use all of them with --association unknown")
+            .warn();
+        Some(words)
+    }
+
+    fn settings(&self, log: &SensorLog) -> Result<Settings> {
         let mut settings = self.dataset.map_or_else(Settings::default, Dataset::settings);
-        let named = log.sightings.iter().all(|sighting| sighting.id.is_some());
+        let named = log.sightings.iter().any(|sighting| sighting.id.is_some());
         settings.association =
             self.association.unwrap_or(if named { Association::Known } else { Association::Unknown });
         (settings.filter.variant, settings.filter.gate) = (self.filter, self.gate);
@@ -225,17 +245,28 @@ impl Arguments {
         settings.map.delete_after = self.delete_after.unwrap_or(settings.map.delete_after);
         set(&mut settings.map.ambiguity, self.ambiguity);
         settings.landmarks = self.max_landmarks.map_or(settings.landmarks, usize::from);
-        settings
+        let unknown =
+            |index: usize| log.sightings.iter().any(|sighting| sighting.variances.get(index) == Some(&None));
+        if settings.range_std == [0.0; 2] && unknown(0) {
+            return Err(Error::new("--range-std 0 says that ranges are exact")
+                .help("give their standard deviation in metres; the default is 0.1"));
+        }
+        if settings.bearing_std == 0.0 && unknown(1) {
+            return Err(Error::new("--bearing-std 0 says that bearings are exact")
+                .help("give their standard deviation in radians; the default is 0.02"));
+        }
+        Ok(settings)
     }
 
     fn report(&self, recording: &Recording, settings: &Settings, result: LogResult) -> Result<Run> {
-        let LogResult { trajectory, map, observations, verdict, health } = result;
+        let LogResult { trajectory, map, observations, verdict, health, no_room, beyond } = result;
         let start = trajectory.first().map_or(0.0, |stamped| stamped.time);
         let truth = Truth::new(&recording.truth, MAX_TRUTH_GAP);
         let map_from_world = match recording.truth.as_slice() {
             [] => Pose::default(),
-            _ => results::map_from_world(&truth, start)
-                .map_err(|error| self.truth.iter().fold(error, |error, path| error.at(path)))?,
+            _ => truth.map_from_world(start, &trajectory).ok_or_else(|| {
+                self.truth.iter().fold(results::no_common_pose(start), |error, path| error.at(path))
+            })?,
         };
         let mut pairs = truth.pairs(&trajectory);
         for pair in &mut pairs {
@@ -257,7 +288,10 @@ impl Arguments {
             setup: Setup { words: String::new(), settings: setting_lines(settings) },
             frames: times,
             frames_used,
-            left_out: Vec::new(),
+            left_out: (beyond > 0)
+                .then(|| format!("{beyond} measurements lie beyond the ends of the odometry"))
+                .into_iter()
+                .collect(),
             errors: (!pairs.is_empty()).then(|| trajectory_errors(&pairs, Align::None, 1.0)),
             map_errors: (!true_map.is_empty())
                 .then(|| map_errors(&map, &true_map, &Alignment::NONE, pairing)),
@@ -268,7 +302,8 @@ impl Arguments {
             laser: Vec::new(),
             observations: observations.iter().map(observation).collect(),
             without_range: 0,
-            no_room: 0,
+            no_room,
+            warnings: Vec::new(),
             unmeasured: None,
             carried: None,
             verdict: if health.measurements == 0 { "unchecked" } else { verdict.as_str() },

@@ -66,11 +66,12 @@ fn a_camera_file_is_checked_as_the_rig_is() {
         folder.write("rig.toml", rig).write("pixels.csv", "u,v\n1,2\n").write("camera.yaml", camera);
         folder.fails("range --rig rig.toml pixels.csv", words);
     };
-    let ros = "image_width: 320\nimage_height: 240\ncamera_matrix: {rows: 3, cols: 3, data: [300, 0, 160, 0, 300, 120, 0, 0, 1]}\n";
+    let ros = "image_width: 320\nimage_height: 240\ncamera_matrix: {rows: 3, cols: 3, data: [300, 0, 160, 0, 300, 120, 0, 0, 1]}\n\
+               distortion_coefficients: [0, 0, 0, 0, 0]\n";
     fails(&format!("{ros}distortion_model: omni\n"), &["camera.yaml", "`omni` is not supported", "help:"]);
     fails(
-        &format!("{ros}distortion_coefficients: [0, 0, 0, 0, 0, 0.1, 0, 0]\n"),
-        &["camera.yaml", "8 coefficients", "help:"],
+        &ros.replace("[0, 0, 0, 0, 0]", "[0, 0, 0, 0, 0, 0, 0, 0, 0.1]"),
+        &["camera.yaml", "9 coefficients", "help:"],
     );
     fails(&ros.replace("300", "-300"), &["camera.yaml", "camera.focal is -300"]);
     fails("image_width: 320\n", &["camera.yaml", "`camera_matrix` is missing"]);
@@ -91,7 +92,8 @@ fn a_csv_is_refused_with_its_line_and_column() {
         folder.fails("range --rig rig.toml pixels.csv --out ranges.csv", words);
     };
     fails("u,w\n1,2\n", &["pixels.csv: lacks the column `v`", "u,v"]);
-    fails("U,V\n1,2\n", &["lacks the column `u`", "U,V"]);
+    fails("U,W\n1,2\n", &["lacks the column `v`", "U,W"]);
+    fails("u;v\n0,5;2\n", &["pixels.csv, line 2", "decimal comma"]);
     fails("160,200\n", &["lacks the column `u`", "begin the file with a line that names its columns: u,v"]);
     fails("u,v\n1,2\n1,nan\n", &["pixels.csv, line 3", "`v` is `nan`", "finite"]);
     fails("u,v\n\n1,2\n1,x\n", &["pixels.csv, line 4", "`v` is `x`"]);
@@ -138,7 +140,6 @@ fn trajectories_are_refused_with_their_line() {
         folder.write("truth.tum", "0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n").write("estimate", estimate);
         folder.fails("evaluate --truth truth.tum --estimate estimate --out e.json", words);
     };
-    fails("0 0 0 0 0 0 0 1\n0 1 0 0 0 0 0 1\n", &["estimate, line 2", "the same as the line before"]);
     fails("1 0 0 0 0 0 0 1\n0 1 0 0 0 0 0 1\n", &["estimate, line 2", "time 0 is before"]);
     fails("0 0 0 0 0 0 1\n", &["estimate, line 1", "eight finite numbers"]);
     fails("0 0 0 0 0 0 0 7\n", &["estimate, line 1", "quaternion's length"]);

@@ -128,7 +128,7 @@ fn sequences_that_do_not_fit_together_are_refused() {
     folder.write("o.csv", "t,v\n0,1\n1,1\n");
     fails(&with("o.csv"), &["o.csv: lacks the column `omega`"]);
     folder.write("o.csv", "t,v,omega\n0,1,0\n0,1,0\n");
-    fails(&with("o.csv"), &["o.csv, line 3", "the same as the line before"]);
+    fails(&with("o.csv"), &["o.csv, line 3", "the line before", "at least 2 at different times"]);
     folder.write("o.csv", "t,v,omega\n0,1,0\n1,nan,0\n");
     fails(&with("o.csv"), &["o.csv, line 3", "`v` is `nan`"]);
     folder.write("o.csv", "t,v,omega\n0,1,0\n");
@@ -143,8 +143,11 @@ fn sequences_that_do_not_fit_together_are_refused() {
         folder.write("times.txt", times);
         fails(&format!("{RUN} --times times.txt"), &words);
     }
-    folder.write("late.tum", "1 0 0 0 0 0 0 1\n2 1 0 0 0 0 0 1\n");
-    fails(&format!("{RUN} --truth late.tum"), &["late.tum: has no pose at the start"]);
+    folder.write("elsewhen.tum", "1001 0 0 0 0 0 0 1\n1002 1 0 0 0 0 0 1\n");
+    fails(
+        &format!("{RUN} --truth elsewhen.tum"),
+        &["elsewhen.tum: covers 1001 s to 1002 s", "no pose to compare"],
+    );
     folder.write("empty/readme", "");
     fails(&RUN.replace("sim/frames", "empty"), &["empty: the folder holds no picture"]);
     fails(&RUN.replace("sim/frames", "absent"), &["absent: no such file or folder"]);

@@ -81,7 +81,7 @@ pub fn estimate_homography<T: Real>(
     let start = Free::new(problem.to.matrix() * matrix * problem.from.inverse());
     let outcome = refine(start, matches, problem.mixture(T::lit(0.5), T::one()), effort, keep)
         .ok_or(NoHomography::Degenerate)
-        .and_then(|refined| problem.conclude(&refined, samples));
+        .and_then(|refined| problem.conclude(&refined, samples, config.scale_noise));
     if outcome.is_err() {
         posteriors.fill(T::zero());
     }
@@ -219,9 +219,14 @@ impl<'a, T: Real> Problem<'a, T> {
         &self,
         refined: &Refined<T, Free<T>, 8>,
         samples: u32,
+        estimates_noise: bool,
     ) -> Result<HomographyEstimate<T>, NoHomography> {
         let inliers = refined.sums.mass;
-        if !self.meaningful(inliers) {
+        // What counts as agreeing is as wide as the noise was found to be; and four matches leave no residual that
+        // could tell the noise.
+        let noise = refined.mixture.variance_factor;
+        let untold = estimates_noise && self.matches.len() == 4;
+        if untold || !self.meaningful(inliers, noise.max(T::one())) {
             return Err(NoHomography::NoConsensus);
         }
         let tangent = refined.model.tangent();
@@ -235,8 +240,8 @@ impl<'a, T: Real> Problem<'a, T> {
         Ok(HomographyEstimate { homography, inliers, variance_factor, samples })
     }
 
-    fn meaningful(&self, inliers: T) -> bool {
-        let gate = T::pi() * T::lit(9.21) * (self.variances.0 + self.variances.1);
+    fn meaningful(&self, inliers: T, variance_factor: T) -> bool {
+        let gate = T::pi() * T::lit(9.21) * (self.variances.0 + self.variances.1) * variance_factor;
         meaningful(self.matches.len(), inliers, 4, gate / self.area)
     }
 }

@@ -35,6 +35,8 @@ impl Spread {
 pub struct TrajectoryErrors {
     /// Poses compared with the truth.
     pub poses: usize,
+    /// Time of the last of them, s: the truth may end before the estimate does.
+    pub last_time: f64,
     /// Length of the true path between the first and the last of them, m.
     pub path: f64,
     /// What was fitted before.
@@ -105,6 +107,7 @@ pub fn trajectory_errors(pairs: &[Pair], align: Align, delta: f64) -> Trajectory
     let path = travelled.last().copied().unwrap_or_default();
     TrajectoryErrors {
         poses: pairs.len(),
+        last_time: pairs.last().map_or(0.0, |pair| pair.estimate.time),
         path,
         align,
         alignment,

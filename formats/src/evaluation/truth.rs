@@ -1,4 +1,4 @@
-use crate::files::Stamped;
+use crate::{Error, files::Stamped};
 use monorange_core::geometry::{Pose, wrap_angle};
 
 /// Between true poses further apart than this nothing is known, s.
@@ -46,6 +46,19 @@ impl<'a> Truth<'a> {
         let position = before.pose.position().lerp(&after.pose.position(), part);
         let turn = wrap_angle(after.pose.heading - before.pose.heading);
         Some(Pose::new(position.x, position.y, before.pose.heading + part * turn))
+    }
+
+    /// The truth's world seen from a run's, which begins at the robot's place at `start`. Where the truth begins later
+    /// the run's first pose that it covers is taken for right, with a warning; `None` without any.
+    pub fn map_from_world(&self, start: f64, trajectory: &[Stamped]) -> Option<Pose<f64>> {
+        if let Some(first) = self.at(start) {
+            return Some(first.inverse());
+        }
+        let first = self.pairs(trajectory).into_iter().next()?;
+        let cause =
+            format!("the truth has no pose at the start, {start} s, but from {} s on", first.estimate.time);
+        Error::new(cause).help("errors are counted from there, where the run is taken for right").warn();
+        Some(first.estimate.pose.compose(&first.truth.inverse()))
     }
 
     /// Every estimate whose time the truth covers, with the truth.

@@ -1,5 +1,5 @@
 use super::Table;
-use crate::Result;
+use crate::{Error, Result};
 use monorange_core::slam::{Filter, Landmark, Status};
 use nalgebra::{Matrix2, Vector2};
 use std::{
@@ -50,12 +50,18 @@ const HEADER: &str = "id,x,y,var_x,cov_xy,var_y,seen,first_t,last_t";
 pub fn read_map(path: &Path) -> Result<Vec<MapPoint>> {
     let table = Table::read(path)?;
     let rows = table.numbers(["id", "x", "y"])?;
-    let covariances: Vec<_> = if table.has("var_x") {
-        let packed = table.numbers(["var_x", "cov_xy", "var_y"])?;
-        packed.into_iter().map(|[xx, xy, yy]| Some(Matrix2::new(xx, xy, xy, yy))).collect()
-    } else {
-        vec![None; rows.len()]
-    };
+    let names = table.optional_names("id")?;
+    let mut taken = std::collections::HashMap::new();
+    for (name, line) in names.iter().flatten().zip(table.lines()) {
+        if let Some(before) = taken.insert(*name, line) {
+            return Err(Error::new(format!("the landmark {name} is there already, in line {before}"))
+                .at_line(path, line)
+                .help("give every landmark a name of its own"));
+        }
+    }
+    let [xx, xy, yy] = ["var_x", "cov_xy", "var_y"].map(|column| table.optional_numbers(column));
+    let packed = xx?.into_iter().zip(xy?).zip(yy?);
+    let covariances = packed.map(|((xx, xy), yy)| Some(Matrix2::new(xx?, xy?, xy?, yy?)));
     let [seen, first, last] = ["seen", "first_t", "last_t"].map(|column| table.optional_numbers(column));
     let counts = seen?.into_iter().zip(first?).zip(last?);
     let points = rows.into_iter().zip(covariances).zip(counts);

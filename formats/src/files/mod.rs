@@ -1,7 +1,8 @@
 //! The files that are read and written, one module a format.
 //!
 //! Text files are read whole, so that a mistake on the last line is found before anything is written.
-mod camera_info;
+mod camera;
+pub mod inputs;
 mod map;
 pub mod memory;
 mod odometry;
@@ -13,14 +14,14 @@ mod table;
 mod times;
 mod trajectory;
 
-pub use camera_info::{Intrinsics, read_camera_info};
+pub use camera::{Intrinsics, read_camera_info, read_camera_of};
 pub use map::{MapPoint, confirmed_map, read_map, write_map, write_ply};
 pub use odometry::{Control, Odometry};
-pub use order::natural_order;
+pub use order::{natural_order, sort_names};
 pub use rig::{MOUNT_KEYS, Rig, with_mount};
 pub use settings::{SETTINGS, Setting};
 pub use table::Table;
-pub use times::read_times;
+pub use times::{read_frame_list, read_times};
 pub use trajectory::{Stamped, read_trajectory, write_trajectory, write_tum};
 
 use crate::{Error, Result};
@@ -33,7 +34,11 @@ use std::{fs, io::Read, path::Path};
 pub fn read_text(path: &Path) -> Result<String> {
     let bytes = match memory::copy_of(path) {
         Some(bytes) => bytes,
-        None => fs::read(path).map_err(|error| io_error(&error).at(path))?,
+        None => {
+            let bytes = fs::read(path).map_err(|error| io_error(&error).at(path))?;
+            inputs::note(path);
+            bytes
+        }
     };
     decode(bytes).map_err(|error| error.at(path))
 }
@@ -45,6 +50,7 @@ pub fn read_text(path: &Path) -> Result<String> {
 pub fn read_standard_input() -> Result<String> {
     let mut bytes = Vec::new();
     let read = std::io::stdin().read_to_end(&mut bytes).map_err(|error| io_error(&error));
+    inputs::note(Path::new("/dev/stdin"));
     read.and_then(|_| decode(bytes)).map_err(|error| error.at(STANDARD_INPUT))
 }
 
@@ -59,12 +65,20 @@ pub fn io_error(error: &std::io::Error) -> Error {
         ErrorKind::PermissionDenied => Error::new("permission denied"),
         ErrorKind::IsADirectory => Error::new("is a folder, not a file").help("name a file in it"),
         ErrorKind::NotADirectory => Error::new("is a file, not a folder").help("name the folder"),
+        ErrorKind::AlreadyExists => {
+            Error::new("is there already").help("name another one, or remove it first")
+        }
         ErrorKind::StorageFull => Error::new("no space left on the disk"),
         _ => Error::new(error),
     }
 }
 
 fn decode(bytes: Vec<u8>) -> Result<String> {
+    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
+        return Err(
+            Error::new("is UTF-16 text, must be UTF-8").help("save it as UTF-8 (in Excel: CSV UTF-8)")
+        );
+    }
     let text = String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
         Error::new(format!("is not text: byte {at} is not UTF-8"))

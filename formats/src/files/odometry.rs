@@ -1,5 +1,5 @@
 use super::Table;
-use crate::{Error, Result};
+use crate::{Error, Result, plausibility};
 use monorange_core::pipeline;
 use nalgebra::{Matrix2, Vector2};
 use std::path::Path;
@@ -13,6 +13,8 @@ pub struct Control {
     pub turn_rate: f64,
     /// Seconds.
     pub duration: f64,
+    /// Speed (m/s) and turn rate (rad/s) that the robot may have had beside this: above 0 in a gap of the log.
+    pub unknown: [f64; 2],
 }
 
 impl Control {
@@ -48,9 +50,13 @@ impl Odometry {
     /// The odometry in a CSV, either `t,v,omega` (holds until the next line; the last one as long as the line
     /// before it did) or `t,dx,dy,dtheta` (increments in the robot frame since the line before).
     ///
+    /// Of lines with one time the last one holds, and their increments add up; a line that is there twice counts once.
+    /// A gap in a log of speeds is bridged: the last line holds for a usual step, then nothing is known
+    /// ([`Control::unknown`]). A turn that is a difference of wrapped headings is wrapped back. Each is a warning.
+    ///
     /// # Errors
-    /// When the file cannot be read, lacks a column, holds something else than finite numbers, is too short or
-    /// its times do not grow.
+    /// When the file cannot be read, lacks a column, holds something else than finite numbers, is too short, or
+    /// its times run backwards or are no seconds.
     pub fn read(path: &Path) -> Result<Self> {
         Self::from_table(&Table::read(path)?)
     }
@@ -63,37 +69,79 @@ impl Odometry {
         let increments = table.has("dx") && !table.has("v");
         let odometry = if increments { Self::from_increments(table)? } else { Self::from_speeds(table)? };
         if odometry.spans.is_empty() {
-            let error =
-                Error::new(format!("has {} lines of odometry, at least 2 are needed", table.lines().len()));
+            let error = Error::new(format!(
+                "has {} lines of odometry, at least 2 at different times are needed",
+                table.lines().len()
+            ));
             return Err(error
                 .at(table.path())
                 .help("give t,v,omega or t,dx,dy,dtheta over the whole sequence"));
         }
+        let motions = odometry.spans.iter().map(|(_, span)| [span.velocity.norm(), span.turn_rate]);
+        plausibility::check_motion(table.path(), motions);
         Ok(odometry)
     }
 
     fn from_speeds(table: &Table) -> Result<Self> {
         let rows = table.numbers(["t", "v", "omega"])?;
-        table.check_order(rows.iter().map(|row| row[0]))?;
+        let rows = in_order(table, rows, |last, row| *last = row)?;
         let [.., [before, ..], [last, ..]] = rows.as_slice() else {
             return Ok(Self { spans: Vec::new(), end: 0.0 });
         };
         let end = last + (last - before);
         let ends = rows.iter().skip(1).map(|row| row[0]).chain([end]);
         let spans = rows.iter().zip(ends).map(|(&[start, speed, turn_rate], end)| {
-            (start, Control { velocity: Vector2::new(speed, 0.0), turn_rate, duration: end - start })
+            let velocity = Vector2::new(speed, 0.0);
+            (start, Control { velocity, turn_rate, duration: end - start, unknown: [0.0; 2] })
         });
-        Ok(Self { spans: spans.collect(), end })
+        let mut spans: Vec<_> = spans.collect();
+        let times: Vec<_> = rows.iter().map(|row| row[0]).collect();
+        let (step, gaps) = plausibility::gaps(&times);
+        warn_of_gaps(table.path(), &times, &gaps, "the robot's motion there is not known, and taken so");
+        let rms = |index: usize| {
+            (rows.iter().map(|row| row[index] * row[index]).sum::<f64>() / rows.len() as f64).sqrt()
+        };
+        let unknown = [rms(1), rms(2)];
+        for gap in gaps.into_iter().rev() {
+            let Some((start, span)) = spans.get_mut(gap) else { continue };
+            let silence = span.duration - step;
+            span.duration = step;
+            let control = Control { velocity: Vector2::zeros(), turn_rate: 0.0, duration: silence, unknown };
+            let at = *start + step;
+            spans.insert(gap + 1, (at, control));
+        }
+        Ok(Self { spans, end })
     }
 
     fn from_increments(table: &Table) -> Result<Self> {
-        let rows = table.numbers(["t", "dx", "dy", "dtheta"])?;
-        table.check_order(rows.iter().map(|row| row[0]))?;
+        let mut rows = table.numbers(["t", "dx", "dy", "dtheta"])?;
+        let mut wrapped = Vec::new();
+        for (row, line) in rows.iter_mut().zip(table.lines()) {
+            let (turn, was) =
+                plausibility::wrapped_turn(row[3]).map_err(|error| error.at_line(table.path(), line))?;
+            wrapped.extend(was.then_some((line, row[3])));
+            row[3] = turn;
+        }
+        if let Some((line, turn)) = wrapped.first() {
+            let cause = format!(
+                "`dtheta` is {turn}, more than half a turn: it looks like a difference of wrapped headings ({} such line{})",
+                wrapped.len(),
+                if wrapped.len() == 1 { "" } else { "s" }
+            );
+            Error::new(cause).at_line(table.path(), *line).help("it is wrapped to within half a turn").warn();
+        }
+        let rows = in_order(table, rows, |last, [time, dx, dy, turn]| {
+            let (sin, cos) = libm::sincos(last[3]);
+            *last = [time, last[1] + cos * dx - sin * dy, last[2] + sin * dx + cos * dy, last[3] + turn];
+        })?;
+        let times: Vec<_> = rows.iter().map(|row| row[0]).collect();
+        let (_, gaps) = plausibility::gaps(&times);
+        warn_of_gaps(table.path(), &times, &gaps, "the line after it is taken to hold the whole motion");
         let spans = rows.windows(2).filter_map(|pair| {
             let &[[start, ..], [end, dx, dy, turn]] = pair else { return None };
             let duration = end - start;
             let velocity = arc_from_step(Vector2::new(dx, dy), turn) / duration;
-            Some((start, Control { velocity, turn_rate: turn / duration, duration }))
+            Some((start, Control { velocity, turn_rate: turn / duration, duration, unknown: [0.0; 2] }))
         });
         Ok(Self { spans: spans.collect(), end: rows.last().map_or(0.0, |row| row[0]) })
     }
@@ -132,6 +180,62 @@ impl Odometry {
     }
 }
 
+/// The rows on a clock of seconds, those of one time as one.
+fn in_order<const N: usize>(
+    table: &Table,
+    mut rows: Vec<[f64; N]>,
+    join: impl Fn(&mut [f64; N], [f64; N]),
+) -> Result<Vec<[f64; N]>> {
+    let path = table.path();
+    let unit = plausibility::seconds_of_clock(path, rows.iter().map(|row| row[0]));
+    for row in &mut rows {
+        row[0] /= unit;
+    }
+    let mut ordered: Vec<[f64; N]> = Vec::with_capacity(rows.len());
+    let (mut before, mut equal) = (None, Vec::new());
+    for (row, line) in rows.into_iter().zip(table.lines()) {
+        match ordered.last_mut() {
+            Some(last) if row[0] < last[0] => {
+                let cause = format!("time {} is before the line before's, {}", row[0], last[0]);
+                return Err(Error::new(cause).at_line(path, line).help("sort the lines by time"));
+            }
+            Some(last) if row[0] == last[0] => {
+                equal.push(line);
+                if before != Some(row) {
+                    join(last, row);
+                }
+            }
+            _ => ordered.push(row),
+        }
+        before = Some(row);
+    }
+    if let Some(first) = equal.first() {
+        let cause = format!("{} lines have the time of the line before", equal.len());
+        Error::new(cause)
+            .at_line(path, *first)
+            .help("they are taken in order, and a line that is there twice once")
+            .warn();
+    }
+    let times: Vec<_> = ordered.iter().map(|row| row[0]).collect();
+    plausibility::check_steps(path, &times)?;
+    Ok(ordered)
+}
+
+fn warn_of_gaps(path: &Path, times: &[f64], gaps: &[usize], what: &str) {
+    let longest =
+        gaps.iter().filter_map(|gap| Some((times.get(*gap)?, times.get(gap + 1)? - times.get(*gap)?)));
+    if let Some((at, length)) = longest.max_by(|a, b| a.1.total_cmp(&b.1)) {
+        let (step, _) = plausibility::gaps(times);
+        let cause = format!(
+            "says nothing for {length:.3} s from {at} s on, among steps of {step:.3} s ({} such gap{}): {what}",
+            gaps.len(),
+            if gaps.len() == 1 { "" } else { "s" }
+        );
+        let help = "give lines also while the robot stands, or leave the part out";
+        Error::new(cause).at(path).help(help).warn();
+    }
+}
+
 /// The way (along, across) of a constant motion that ends at `step`, turned by `turn`: V(turn)⁻¹ step.
 fn arc_from_step(step: Vector2<f64>, turn: f64) -> Vector2<f64> {
     let [along, across] = arc(turn);
@@ -164,6 +268,30 @@ mod tests {
         let cut = odometry.between(0.5, 2.25);
         assert_eq!(cut.iter().map(|c| c.duration).collect::<Vec<_>>(), [0.5, 1.0, 0.25]);
         assert_eq!(cut.iter().map(|c| c.velocity.x).collect::<Vec<_>>(), [1.0, 2.0, 3.0]);
+    }
+
+    #[test]
+    fn a_gap_is_bridged_without_motion_and_with_noise() {
+        let odometry = parse("t,v,omega\n0,1,0\n0.1,1,0\n0.2,1,0\n60.2,1,0\n60.3,1,0\n");
+        let way: f64 = odometry.between(0.0, 60.2).iter().map(|c| c.velocity.x * c.duration).sum();
+        assert!((way - 0.3).abs() < 1e-9, "{way} m in a gap");
+        let unknown: f64 = odometry.between(0.0, 60.2).iter().map(|c| c.unknown[0] * c.duration).sum();
+        assert!((unknown - 59.9).abs() < 1e-9);
+        assert!(crate::warnings::fresh()[0].contains("60.000 s from 0.2 s"));
+    }
+
+    #[test]
+    fn lines_of_one_time_are_taken_in_order() {
+        let once = parse("t,v,omega\n0,1,0\n1,2,0\n2,3,0\n");
+        assert_eq!(
+            parse("t,v,omega\n0,1,0\n1,5,0\n1,2,0\n2,3,0\n").between(0.0, 3.0),
+            once.between(0.0, 3.0)
+        );
+        let way =
+            |text: &str| parse(text).between(0.0, 2.0).iter().map(|c| c.velocity.x * c.duration).sum::<f64>();
+        assert_eq!(way("t,dx,dy,dtheta\n0,0,0,0\n1,1,0,0\n1,1,0,0\n2,1,0,0\n"), 2.0, "the same line twice");
+        assert_eq!(way("t,dx,dy,dtheta\n0,0,0,0\n1,1,0,0\n1,2,0,0\n2,1,0,0\n"), 4.0, "two increments");
+        assert!(crate::warnings::fresh()[0].contains("line 4"));
     }
 
     #[test]

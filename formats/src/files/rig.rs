@@ -1,9 +1,9 @@
 use super::{
-    camera_info::{Intrinsics, read_camera_info},
+    camera::{Intrinsics, read_camera_of},
     rig_section::{Section, Source},
     settings,
 };
-use crate::{Error, Result};
+use crate::{Error, Result, plausibility};
 use monorange_core::geometry::{Camera, Lens, Mount, RangeFinder};
 use monorange_core::pipeline::Config;
 use nalgebra::Matrix2;
@@ -75,7 +75,15 @@ impl Rig {
     /// Names the file, the line and the key: unknown (with the nearest known one), missing, of the wrong kind,
     /// not finite, or out of its range.
     pub fn read(path: &Path) -> Result<Self> {
-        Self::parse(path, &super::read_text(path)?)
+        Self::read_of(path, None)
+    }
+
+    /// As [`read`](Self::read), with camera `number` (from 0) of those in the camera file that the rig names.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read), and when there is no such camera.
+    pub fn read_of(path: &Path, number: Option<usize>) -> Result<Self> {
+        Self::parse_of(path, &super::read_text(path)?, number)
     }
 
     /// The rig in `text`, which came from `path`.
@@ -83,17 +91,17 @@ impl Rig {
     /// # Errors
     /// As [`read`](Self::read).
     pub fn parse(path: &Path, text: &str) -> Result<Self> {
+        Self::parse_of(path, text, None)
+    }
+
+    fn parse_of(path: &Path, text: &str, number: Option<usize>) -> Result<Self> {
         let source = Source { path, text };
-        let document = DeTable::parse(text).map_err(|error| {
-            let line = source.line(error.span().map_or(0, |span| span.start));
-            Error::new(error.message())
-                .at_line(path, line)
-                .help("a rig file is TOML: `key = value` under [camera] and [mount]")
-        })?;
+        let document = DeTable::parse(text).map_err(|error| not_toml(&source, &error))?;
         let root = Section::root(&source, document.get_ref(), ROOT)?;
-        let (camera, pixel_std) = camera(&root, path)?;
+        let (camera, pixel_std) = camera(&root, path, number)?;
         let (mount, mount_std) = mount(&root)?;
         let rig = Self::new(RangeFinder::new(camera, mount), pixel_std, mount_std)?;
+        plausibility::check_mount(path, &rig.finder, &rig.mount_std);
         Ok(Self { settings: settings::read(&root, rig.settings)?, ..rig })
     }
 
@@ -163,7 +171,36 @@ pub fn with_mount(path: &Path, text: &str, out: &Path, mount: &Mount<f64>, std: 
     Ok(document.to_string())
 }
 
-fn camera(root: &Section<'_>, path: &Path) -> Result<(Camera<f64>, [f64; 2])> {
+/// What a file that is no TOML looks like.
+fn not_toml(source: &Source<'_>, error: &toml::de::Error) -> Error {
+    let Source { path, text } = *source;
+    let words = [
+        "camera_matrix",
+        "image_width",
+        "intrinsics",
+        "%YAML",
+        "opencv_storage",
+        "distortion_model",
+        "Camera.fx",
+    ];
+    if words.iter().any(|word| text.contains(word)) {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        return Error::new("is a camera file; a rig (TOML) is wanted here").at(path).help(format!(
+            "write a rig file with the lines: camera_info = \"{name}\", [mount], height = 0.4, tilt_deg = 12.0"
+        ));
+    }
+    let start = error.span().map_or(0, |span| span.start);
+    let line = source.line(start);
+    let content = text.lines().nth((line - 1) as usize).unwrap_or_default();
+    Error::new(error.message()).at_line(path, line).help(match content.contains('\\') {
+        true => {
+            "a backslash begins an escape in double quotes: put the path in single quotes, or write slashes"
+        }
+        false => "a rig file is TOML: `key = value` under [camera] and [mount]",
+    })
+}
+
+fn camera(root: &Section<'_>, path: &Path, number: Option<usize>) -> Result<(Camera<f64>, [f64; 2])> {
     let section = root.section("camera", CAMERA)?;
     let given = match &section {
         Some(section) => section,
@@ -182,14 +219,29 @@ fn camera(root: &Section<'_>, path: &Path) -> Result<(Camera<f64>, [f64; 2])> {
     };
     let intrinsics = match file {
         Some(file) => {
-            if let Some(key) = CAMERA[1..8].iter().find(|key| section.as_ref().is_some_and(|s| s.has(key))) {
+            // A file that does not say the picture's size leaves it to the rig.
+            let size = match &section {
+                Some(section) if section.has("width") && section.has("height") => {
+                    Some([size_of(section, "width")?, size_of(section, "height")?])
+                }
+                _ => None,
+            };
+            let both = if size.is_some() { &CAMERA[3..8] } else { &CAMERA[1..8] };
+            if let Some(key) = both.iter().find(|key| section.as_ref().is_some_and(|s| s.has(key))) {
                 let error = given.error(key, format!("`camera.{key}` is given here and by camera_info"));
                 return Err(error.help("keep one of them"));
             }
-            read_camera_info(&path.parent().unwrap_or(Path::new("")).join(file))?
+            read_camera_of(&path.parent().unwrap_or(Path::new("")).join(file), number, size)?
+        }
+        None if number.is_some_and(|number| number > 0) => {
+            let error = given.error("", "the rig holds its one camera itself".to_owned());
+            return Err(
+                error.help("--camera N chooses among those of a camera file: name it with camera_info")
+            );
         }
         None => intrinsics(given)?,
     };
+    let own = file.is_none().then(|| intrinsics.clone());
     let Intrinsics { width, height, focal, principal, skew, lens } = intrinsics;
     let camera = Camera::with_lens(width, height, focal, principal, skew, lens).map_err(|error| {
         match (file, error) {
@@ -202,19 +254,27 @@ fn camera(root: &Section<'_>, path: &Path) -> Result<(Camera<f64>, [f64; 2])> {
             }
         }
     })?;
+    if let Some(intrinsics) = own {
+        plausibility::check_camera(&intrinsics).map_err(|error| {
+            let key = ["focal", "principal"].into_iter().find(|key| error.says(key)).unwrap_or("focal");
+            error.at_line(path, given.line_of(key))
+        })?;
+    }
     Ok((camera, pixel_std))
 }
 
+fn size_of(section: &Section<'_>, key: &'static str) -> Result<usize> {
+    let value = section.required_number(key, "give the picture's size in pixels")?;
+    let whole = value >= 1.0 && value.fract() == 0.0 && value <= 65_536.0;
+    if whole {
+        Ok(value as usize)
+    } else {
+        Err(section.out_of_range(key, value, "a whole number from 1 to 65536"))
+    }
+}
+
 fn intrinsics(section: &Section<'_>) -> Result<Intrinsics> {
-    let size = |key: &'static str| {
-        let value = section.required_number(key, "give the picture's size in pixels")?;
-        let whole = value >= 1.0 && value.fract() == 0.0 && value <= 65_536.0;
-        if whole {
-            Ok(value as usize)
-        } else {
-            Err(section.out_of_range(key, value, "a whole number from 1 to 65536"))
-        }
-    };
+    let size = |key: &'static str| size_of(section, key);
     let pair = |key: &'static str, help| section.pair(key)?.ok_or_else(|| section.missing(key, help));
     let lens = match section.string("lens")? {
         None | Some("plumb_bob" | "rational_polynomial") => {

@@ -127,8 +127,12 @@ impl<'a> Section<'a> {
 
     /// An error at the line of `key`.
     pub(super) fn error(&self, key: &str, cause: String) -> Error {
-        let line = self.entry(key).map_or(self.line, |(key, _)| self.source.line(key.span().start));
-        Error::new(cause).at_line(self.source.path, line)
+        Error::new(cause).at_line(self.source.path, self.line_of(key))
+    }
+
+    /// The line of `key`, or of the section without it.
+    pub(super) fn line_of(&self, key: &str) -> u64 {
+        self.entry(key).map_or(self.line, |(key, _)| self.source.line(key.span().start))
     }
 
     fn wrong(&self, key: &str, value: &Spanned<DeValue<'_>>, expected: &str, help: &str) -> Error {
@@ -148,7 +152,7 @@ impl<'a> Section<'a> {
 fn finite(value: &Spanned<DeValue<'_>>) -> Option<f64> {
     let number: f64 = match value.get_ref() {
         DeValue::Float(float) => float.as_str().parse().ok()?,
-        DeValue::Integer(integer) => integer.as_str().parse().ok()?,
+        DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix()).ok()? as f64,
         _ => return None,
     };
     number.is_finite().then_some(number)

@@ -38,11 +38,12 @@ impl Run {
             mean_nis: 1.0,
             stages: STAGES.map(|name| Stage { name, times_ms: Vec::new() }).into(),
             shots: Vec::new(),
+            warnings: Vec::new(),
         }
     }
 
     /// Puts the truth beside what was found. Truth, laser and true landmarks are moved by the true pose at `start`,
-    /// where the world of the run begins; `false` where the truth has none there.
+    /// where the world of the run begins, or else by the first pose that the truth covers; `false` without any.
     pub fn compare(
         &mut self,
         start: f64,
@@ -51,8 +52,7 @@ impl Run {
         landmarks: &[Vector2<f64>],
     ) -> bool {
         let truth = Truth::new(truth, MAX_TRUTH_GAP);
-        let Some(first) = truth.at(start) else { return false };
-        let map_from_world = first.inverse();
+        let Some(map_from_world) = truth.map_from_world(start, &self.trajectory) else { return false };
         let moved = |points: &[Vector2<f64>]| points.iter().map(|at| map_from_world.transform(*at)).collect();
         (self.laser, self.true_map) = (moved(laser), moved(landmarks));
         self.pairs = truth.pairs(&self.trajectory);

@@ -113,6 +113,8 @@ pub struct Run {
     pub stages: Vec<Stage>,
     /// Chosen frames.
     pub shots: Vec<Shot>,
+    /// What looked wrong and was used all the same.
+    pub warnings: Vec<String>,
 }
 
 /// Pictures by what predicted their corners.
@@ -146,6 +148,8 @@ pub struct Summary<'a> {
     frames: usize,
     frames_used: usize,
     left_out: &'a [String],
+    #[serde(skip_serializing_if = "<[String]>::is_empty")]
+    warnings: &'a [String],
     seconds: f64,
     path: f64,
     end: [f64; 3],
@@ -219,6 +223,7 @@ impl Run {
             frames: self.frames,
             frames_used: self.frames_used,
             left_out: &self.left_out,
+            warnings: &self.warnings,
             seconds: self.seconds(),
             path: self.path(),
             end: [end.x, end.y, end.heading],

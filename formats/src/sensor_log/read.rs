@@ -1,6 +1,6 @@
 use super::{LogSighting, Recording, SensorLog};
 use crate::files::{MapPoint, Odometry, Stamped, Table, read_text};
-use crate::{Error, Result};
+use crate::{Error, Result, plausibility};
 use monorange_core::geometry::{Pose, wrap_angle};
 use nalgebra::Vector2;
 use std::fmt::Write;
@@ -10,21 +10,22 @@ use std::path::Path;
 /// empty bearing a range alone.
 ///
 /// # Errors
-/// When the file cannot be read, lacks a column, times run backwards, or a line has neither range nor bearing.
+/// When the file cannot be read, lacks a column, times run backwards, a line has neither range nor bearing, or holds a
+/// name, range, bearing or variance that cannot be one.
 pub fn read_sightings(path: &Path) -> Result<Vec<LogSighting>> {
     let table = Table::read(path)?;
     let times = table.numbers(["t"])?;
-    for column in ["range", "bearing"] {
-        if !table.has(column) {
-            let help = "the header must be `t,range,bearing`, with or without `id,var_range,var_bearing`";
-            return Err(Error::new(format!("has no column `{column}`")).at(path).help(help));
-        }
+    let (ranged, seen) = (table.has("range"), table.has("bearing"));
+    if !(ranged && seen) {
+        table.numbers(["range", "bearing"])?; // its error names the columns that are there
     }
     let column = |name| table.optional_numbers(name);
-    let (ranges, bearings, ids) = (column("range")?, column("bearing")?, column("id")?);
+    let (ranges, bearings, ids) = (column("range")?, column("bearing")?, table.optional_names("id")?);
     let (range_variances, bearing_variances) = (column("var_range")?, column("var_bearing")?);
+    let unit = plausibility::seconds_of_clock(path, times.iter().map(|[time]| *time));
     let mut sightings: Vec<LogSighting> = Vec::with_capacity(times.len());
     for (row, (&[time], line)) in times.iter().zip(table.lines()).enumerate() {
+        let time = time / unit;
         let (range, bearing) = (ranges[row], bearings[row]);
         if range.is_none() && bearing.is_none() {
             let help = "give at least one of them, or remove the line";
@@ -36,11 +37,21 @@ pub fn read_sightings(path: &Path) -> Result<Vec<LogSighting>> {
                 .at_line(path, line)
                 .help(help));
         }
-        let id = ids[row].map(|id| id as u32);
         let variances = [range_variances[row], bearing_variances[row]];
-        sightings.push(LogSighting { time, id, range, bearing, variances, covariance: 0.0 });
+        sightings.push(LogSighting { time, id: ids[row], range, bearing, variances, covariance: 0.0 });
     }
+    plausibility::check_sightings(path, &sightings, |row| table.line_of(row))?;
     Ok(sightings)
+}
+
+/// Puts measurements that are not in the order of time into it, and says so.
+fn sort_by_time(path: &Path, sightings: &mut [LogSighting]) {
+    let swapped = sightings.windows(2).filter(|pair| matches!(pair, [a, b] if b.time < a.time)).count();
+    if swapped > 0 {
+        sightings.sort_by(|a, b| a.time.total_cmp(&b.time));
+        let cause = format!("{swapped} of {} measurements lie before the line above", sightings.len());
+        Error::new(cause).at(path).help("they are sorted by time").warn();
+    }
 }
 
 /// Seconds from an odometry line of MRCLAM to the motion: it holds what the robot was told. Against the truth the half-second
@@ -52,29 +63,56 @@ const MRCLAM_DELAY: f64 = 0.2;
 /// barcodes, which are left out.
 pub(super) fn mrclam(folder: &Path, robot: u32) -> Result<Recording> {
     let mut subjects = std::collections::HashMap::new();
-    for [subject, barcode] in columns(&folder.join("Barcodes.dat"))? {
-        subjects.insert(barcode as u32, subject as u32);
+    let path = folder.join("Barcodes.dat");
+    for ([subject, barcode], line) in columns(&path)? {
+        let whole = |number| plausibility::landmark_name(number).map_err(|error| error.at_line(&path, line));
+        subjects.insert(whole(barcode)?, whole(subject)?);
     }
     let mut text = String::from("t,v,omega\n");
     let mut last = f64::NEG_INFINITY;
     let path = folder.join(format!("Robot{robot}_Odometry.dat"));
-    for [time, v, omega] in columns(&path)? {
+    let (mut rows, mut left_out) = (0, 0);
+    for ([time, v, omega], _) in columns(&path)? {
+        rows += 1;
+        left_out += usize::from(time < last);
         if time > last {
             let effect = time + MRCLAM_DELAY;
             let _ = writeln!(text, "{effect},{v},{omega}"); // a String takes everything
             last = time;
         }
     }
+    if left_out > 0 {
+        let cause = format!("{left_out} of {rows} lines lie before the line above");
+        Error::new(cause).at(&path).help("they are left out").warn();
+    }
     let odometry = Odometry::from_table(&Table::parse(&path, &text)?)?;
-    let measured = columns(&folder.join(format!("Robot{robot}_Measurement.dat")))?;
-    let sightings = measured.into_iter().filter_map(|[time, barcode, range, bearing]| {
-        let id = subjects.get(&(barcode as u32)).copied().filter(|subject| *subject > 5)?;
-        Some(LogSighting { id: Some(id), ..LogSighting::range_bearing(time, range, bearing) })
-    });
-    let log = SensorLog { odometry, sightings: sightings.collect() };
-    let truth = columns(&folder.join(format!("Robot{robot}_Groundtruth.dat")))?.into_iter().map(stamped);
-    let true_map = columns(&folder.join("Landmark_Groundtruth.dat"))?.into_iter().map(map_point);
-    Ok(Recording { log, truth: truth.collect(), true_map: true_map.collect() })
+    let path = folder.join(format!("Robot{robot}_Measurement.dat"));
+    let (mut sightings, mut lines) = (Vec::new(), Vec::new());
+    for ([time, barcode, range, bearing], line) in columns(&path)? {
+        let barcode = plausibility::landmark_name(barcode).map_err(|error| error.at_line(&path, line))?;
+        let Some(id) = subjects.get(&barcode).copied().filter(|subject| *subject > 5) else { continue };
+        sightings.push(LogSighting { id: Some(id), ..LogSighting::range_bearing(time, range, bearing) });
+        lines.push(line);
+    }
+    plausibility::check_sightings(&path, &sightings, |row| lines.get(row).copied().unwrap_or_default())?;
+    sort_by_time(&path, &mut sightings);
+    let log = SensorLog { odometry, sightings };
+    let truth = columns(&folder.join(format!("Robot{robot}_Groundtruth.dat")))?
+        .into_iter()
+        .map(|(row, _)| stamped(row));
+    let path = folder.join("Landmark_Groundtruth.dat");
+    let true_map = columns(&path)?
+        .into_iter()
+        .map(|(row, line)| map_point(row).map_err(|error| error.at_line(&path, line)));
+    let mut truth: Vec<_> = truth.collect();
+    let poses = truth.len();
+    truth.dedup_by(|later, earlier| later.time <= earlier.time);
+    if truth.len() < poses {
+        let cause =
+            format!("{} of {poses} true poses are not later than the one before", poses - truth.len());
+        Error::new(cause).at(folder).help("they are left out").warn();
+    }
+    Ok(Recording { log, truth, true_map: true_map.collect::<Result<_>>()? })
 }
 
 /// The Victoria Park log as factor-graph text (`ODOMETRY i j dx dy dθ …`, `LANDMARK pose id x y …`): a second a
@@ -85,6 +123,8 @@ pub(super) fn victoria_park(path: &Path) -> Result<Recording> {
     let mut steps = std::collections::HashMap::from([(0_u32, 0.0)]);
     let mut time = 0.0;
     let mut sightings = Vec::new();
+    let whole =
+        |number: &f64, line| plausibility::landmark_name(*number).map_err(|error| error.at_line(path, line));
     for (line, content) in (1_u64..).zip(text.lines()) {
         let mut cells = content.split_whitespace();
         let kind = cells.next().unwrap_or_default();
@@ -92,18 +132,18 @@ pub(super) fn victoria_park(path: &Path) -> Result<Recording> {
         match (kind, numbers.as_slice()) {
             ("ODOMETRY", [_, to, dx, dy, turn, ..]) => {
                 time += 1.0;
-                steps.insert(*to as u32, time);
+                steps.insert(whole(to, line)?, time);
                 let _ = writeln!(odometry, "{time},{dx},{dy},{turn}"); // a String takes everything
             }
             ("LANDMARK", [pose, id, x, y, variance, _, _]) => {
                 let time = *steps
-                    .get(&(*pose as u32))
+                    .get(&whole(pose, line)?)
                     .ok_or_else(|| Error::new("a pose without odometry").at_line(path, line))?;
                 let range = x.hypot(*y);
                 // Equal variances in x and y are equal variances along and across the ray.
                 let variances = [Some(*variance), Some(variance / (range * range))];
                 let sighting = LogSighting::range_bearing(time, range, y.atan2(*x));
-                sightings.push(LogSighting { id: Some(*id as u32), variances, ..sighting });
+                sightings.push(LogSighting { id: Some(whole(id, line)?), variances, ..sighting });
             }
             ("", _) => {}
             _ => return Err(Error::new("is neither ODOMETRY nor LANDMARK with numbers").at_line(path, line)),
@@ -129,29 +169,32 @@ pub(super) fn plaza(folder: &Path, number: u32) -> Result<Recording> {
     }
     let odometry = Odometry::from_table(&Table::parse(&file("DR"), &text)?)?;
     let ranges = table("TD")?.numbers(["t", "receiver_beacon_id", "range_m"])?;
-    let sighting = |[time, beacon, range]: [f64; 3]| LogSighting {
-        id: Some(beacon as u32),
-        bearing: None,
-        ..LogSighting::range_bearing(time, range, 0.0)
+    let sighting = |[time, beacon, range]: [f64; 3]| {
+        let id = plausibility::landmark_name(beacon).map_err(|error| error.at(file("TD")))?;
+        Ok(LogSighting { id: Some(id), bearing: None, ..LogSighting::range_bearing(time, range, 0.0) })
     };
-    let log = SensorLog { odometry, sightings: ranges.into_iter().map(sighting).collect() };
+    let mut sightings: Vec<_> = ranges.into_iter().map(sighting).collect::<Result<_>>()?;
+    sort_by_time(&file("TD"), &mut sightings);
+    let log = SensorLog { odometry, sightings };
     let turned = if number == 2 { std::f64::consts::PI } else { 0.0 };
     let truth = table("GT")?.numbers(["t", "x", "y", "theta"])?.into_iter();
     let truth = truth.map(|[time, x, y, heading]| stamped([time, x, y, wrap_angle(heading + turned)]));
-    let true_map = table("TL")?.numbers(["beacon_id", "x", "y"])?.into_iter().map(map_point);
-    Ok(Recording { log, truth: truth.collect(), true_map: true_map.collect() })
+    let beacons = table("TL")?.numbers(["beacon_id", "x", "y"])?.into_iter();
+    let true_map = beacons.map(|row| map_point(row).map_err(|error| error.at(file("TL"))));
+    Ok(Recording { log, truth: truth.collect(), true_map: true_map.collect::<Result<_>>()? })
 }
 
 fn stamped([time, x, y, heading]: [f64; 4]) -> Stamped {
     Stamped { time, pose: Pose::new(x, y, heading), covariance: None }
 }
 
-fn map_point([id, x, y]: [f64; 3]) -> MapPoint {
-    MapPoint { id: id as u64, position: Vector2::new(x, y), covariance: None, seen: 0, first_and_last: None }
+fn map_point([id, x, y]: [f64; 3]) -> Result<MapPoint> {
+    let id = plausibility::landmark_name(id)?.into();
+    Ok(MapPoint { id, position: Vector2::new(x, y), covariance: None, seen: 0, first_and_last: None })
 }
 
-/// The numbers of a text of columns, `#` for comments.
-fn columns<const N: usize>(path: &Path) -> Result<Vec<[f64; N]>> {
+/// The numbers of a text of columns with their lines, `#` for comments.
+fn columns<const N: usize>(path: &Path) -> Result<Vec<([f64; N], u64)>> {
     let text = read_text(path)?;
     let lines =
         (1_u64..).zip(text.lines()).filter(|(_, line)| !line.starts_with('#') && !line.trim().is_empty());
@@ -159,7 +202,11 @@ fn columns<const N: usize>(path: &Path) -> Result<Vec<[f64; N]>> {
         .map(|(number, line)| {
             let cells: Vec<f64> = line.split_whitespace().map_while(|cell| cell.parse().ok()).collect();
             let cells = cells.get(..N).and_then(|cells| <[f64; N]>::try_from(cells).ok());
-            cells.ok_or_else(|| Error::new(format!("is not {N} numbers")).at_line(path, number))
+            let cells = cells.filter(|cells| cells.iter().all(|cell| cell.is_finite()));
+            let help = "correct the line, or remove it";
+            cells.map(|cells| (cells, number)).ok_or_else(|| {
+                Error::new(format!("is not {N} finite numbers")).at_line(path, number).help(help)
+            })
         })
         .collect()
 }

@@ -92,6 +92,10 @@ pub struct LogResult {
     pub verdict: Verdict,
     /// The figures behind the verdict.
     pub health: Health<f64>,
+    /// Landmarks for which there was no room.
+    pub no_room: u32,
+    /// Measurements that lie beyond the odometry's ends.
+    pub beyond: usize,
 }
 
 type HostMap = Map<f64, Vec<f64>, Vec<Landmark<f64>>>;
@@ -109,13 +113,15 @@ pub fn run(log: &SensorLog, settings: &Settings) -> Result<LogResult> {
     let filter = Filter::new(storage, records, settings.start, covariance, settings.filter).map_err(core)?;
     let map = Map::new(filter, settings.map).map_err(core)?;
     let [begin, end] = log.odometry.range();
-    let mut run = Run { map, settings, rings: BTreeMap::new(), time: begin, health: Health::default() };
-    let (mut trajectory, mut observations) = (Vec::new(), Vec::new());
+    let mut run =
+        Run { map, settings, rings: BTreeMap::new(), time: begin, health: Health::default(), no_room: 0 };
+    let (mut trajectory, mut observations, mut beyond) = (Vec::new(), Vec::new(), 0);
     let frames = log.sightings.chunk_by(|a, b| a.time == b.time);
     for (frame, seen) in (0_u32..).zip(frames) {
         let Some(time) = seen.first().map(|sighting| sighting.time) else { continue };
         if time < begin || time > end {
-            continue; // no odometry there
+            beyond += seen.len(); // no odometry there
+            continue;
         }
         for control in log.odometry.between(run.time, time) {
             run.step(&control)?;
@@ -138,7 +144,15 @@ pub fn run(log: &SensorLog, settings: &Settings) -> Result<LogResult> {
         trajectory.push(run.stamped());
     }
     let health = if settings.association == Association::Known { run.health } else { *run.map.health() };
-    Ok(LogResult { trajectory, map: run.points(begin), observations, verdict: health.verdict(), health })
+    Ok(LogResult {
+        trajectory,
+        map: run.points(begin),
+        observations,
+        verdict: health.verdict(),
+        health,
+        no_room: run.no_room,
+        beyond,
+    })
 }
 
 struct Run<'a> {
@@ -148,6 +162,7 @@ struct Run<'a> {
     /// Of the log's clock.
     time: f64,
     health: Health<f64>,
+    no_room: u32,
 }
 
 impl Run<'_> {
@@ -156,10 +171,12 @@ impl Run<'_> {
         let (dt, turn) = (control.duration, control.turn_rate * control.duration);
         let way = control.velocity * dt;
         let d = arc_rotation(turn) * way;
+        let [unknown_way, unknown_turn] = control.unknown.map(|rate| rate * dt * rate * dt);
         let variances = Vector3::new(
-            speed_std * speed_std * dt + growth[0] * growth[0] * way.norm(),
-            slip_std * slip_std * dt,
-            turn_std * turn_std * dt + growth[1] * growth[1] * turn.abs(),
+            speed_std * speed_std * dt + growth[0] * growth[0] * way.norm() + unknown_way,
+            slip_std * slip_std * dt + unknown_way,
+            // Of a heading of which nothing is known: uniform over a turn, π²/3.
+            turn_std * turn_std * dt + growth[1] * growth[1] * turn.abs() + unknown_turn.min(3.29),
         );
         let covariance = Matrix3::from_diagonal(&variances);
         let increment = Increment { delta: Vector3::new(d.x, d.y, turn), covariance };
@@ -251,6 +268,7 @@ impl Run<'_> {
             filter.birth(time, id, measurement)
         };
         if born.is_err() {
+            self.no_room += u32::from(filter.landmarks().len() >= self.settings.landmarks);
             return Decision::Rejected; // beyond the capacity, or a measurement that is none
         }
         if let Some(record) = filter.landmarks_mut().last_mut() {

@@ -190,6 +190,29 @@ impl Wheels {
     }
 }
 
+/// Fails when a picture's file is cut short where browsers decode it all the same: a JPEG without its end.
+///
+/// # Errors
+/// A sentence with the file.
+#[wasm_bindgen]
+pub fn check_whole(path: &str, file: &[u8]) -> Answer<()> {
+    monorange_formats::pictures::check_whole(Path::new(path), file).map_err(sentence)
+}
+
+/// The warnings about the files read that this has not returned before, a line each.
+#[wasm_bindgen]
+pub fn warnings() -> Vec<String> {
+    monorange_formats::warnings::fresh()
+}
+
+/// The places of names in the order of the command line's frames: natural, or by value where all are numbers.
+#[wasm_bindgen]
+pub fn frame_order(names: Vec<String>) -> Vec<usize> {
+    let mut order: Vec<_> = names.into_iter().enumerate().collect();
+    files::sort_names(&mut order, |(_, name)| name.clone());
+    order.into_iter().map(|(place, _)| place).collect()
+}
+
 /// Whether `a` comes before (negative) or after (positive) `b` in the order of the command line's frames.
 #[wasm_bindgen]
 pub fn natural_order(a: &str, b: &str) -> i32 {

@@ -1,6 +1,8 @@
 //! Pictures that browsers cannot decode, in a module that loads when the first of them comes.
 #![warn(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
+use image::{DynamicImage, ImageDecoder, ImageReader, metadata::Orientation};
+use std::io::Cursor;
 use wasm_bindgen::prelude::*;
 
 /// A decoded picture.
@@ -46,7 +48,7 @@ impl Picture {
     /// # Errors
     /// As [`decode`](Self::decode).
     pub fn new(file: &[u8]) -> Result<Self, String> {
-        let picture = image::load_from_memory(file).map_err(|error| match error {
+        let picture = upright(file).map_err(|error| match error {
             image::ImageError::Unsupported(_) => {
                 "it is of a kind that cannot be read; save it as PNG".to_owned()
             }
@@ -55,6 +57,15 @@ impl Picture {
         let rgba = picture.to_rgba8();
         Ok(Self { width: rgba.width(), height: rgba.height(), rgba: rgba.into_raw() })
     }
+}
+
+/// The picture, turned as its orientation tag says: as browsers do with those that they decode, and the command line.
+fn upright(file: &[u8]) -> image::ImageResult<DynamicImage> {
+    let mut decoder = ImageReader::new(Cursor::new(file)).with_guessed_format()?.into_decoder()?;
+    let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
+    let mut picture = DynamicImage::from_decoder(decoder)?;
+    picture.apply_orientation(orientation);
+    Ok(picture)
 }
 
 #[cfg(test)]

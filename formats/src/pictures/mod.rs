@@ -1,0 +1,164 @@
+//! Folders of pictures, and pictures as grey pixels.
+mod frames;
+mod jpeg;
+
+pub use frames::{Frames, beside, frames};
+
+use crate::{
+    Error, Result,
+    files::{inputs, io_error, sort_names},
+    plausibility,
+};
+use image::{DynamicImage, ImageDecoder, ImageReader, metadata::Orientation};
+use monorange_core::image::Grey;
+use std::{
+    fs,
+    io::Cursor,
+    path::{Path, PathBuf},
+};
+
+/// What a picture's name ends in.
+const EXTENSIONS: [&str; 6] = ["png", "jpg", "jpeg", "pgm", "ppm", "pnm"];
+
+/// A decoded picture: 8-bit grey, row-major.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// `width * height` grey values.
+    pub pixels: Vec<u8>,
+    /// Pixels in a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+}
+
+impl Picture {
+    /// The picture in a PNG, JPEG or PNM file; colours become luma (ITU-R BT.709). A picture that its EXIF data calls
+    /// turned is turned, as viewers and calibration programs do.
+    ///
+    /// # Errors
+    /// When the file cannot be read, is cut short, or is none of these formats.
+    pub fn read(path: &Path) -> Result<Self> {
+        let bytes = fs::read(path).map_err(|error| io_error(&error).at(path))?;
+        inputs::note(path);
+        Self::decode(path, &bytes)
+    }
+
+    /// The picture in the bytes of a file; `path` is named in errors.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn decode(path: &Path, bytes: &[u8]) -> Result<Self> {
+        check_whole(path, bytes)?;
+        let reader = ImageReader::new(Cursor::new(bytes))
+            .with_guessed_format()
+            .map_err(|error| io_error(&error).at(path))?;
+        let decoded = reader.into_decoder().and_then(|mut decoder| {
+            let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
+            let mut image = DynamicImage::from_decoder(decoder)?;
+            image.apply_orientation(orientation);
+            Ok(image)
+        });
+        let image = decoded.map_err(|error| undecodable(path, &error))?;
+        let deep = matches!(
+            image,
+            DynamicImage::ImageLuma16(_)
+                | DynamicImage::ImageLumaA16(_)
+                | DynamicImage::ImageRgb16(_)
+                | DynamicImage::ImageRgba16(_)
+        );
+        let grey = image.to_luma8();
+        let (width, height) = (grey.width() as usize, grey.height() as usize);
+        let pixels = grey.into_raw();
+        warn_if_dark(path, &pixels, deep);
+        Ok(Self { pixels, width, height })
+    }
+
+    /// The grey pixels as the core reads them.
+    ///
+    /// # Errors
+    /// When the picture has no pixels.
+    pub fn grey(&self) -> Result<Grey<'_>> {
+        Grey::new(&self.pixels, self.width, self.height).map_err(Error::new)
+    }
+}
+
+/// Fails when a JPEG has no end. Decoders, browsers' too, fill what is missing with grey, and grey has corners.
+///
+/// # Errors
+/// Names the picture.
+pub fn check_whole(path: &Path, bytes: &[u8]) -> Result<()> {
+    if !jpeg::is_cut(bytes) {
+        return Ok(());
+    }
+    let error = Error::new("the picture is cut short: its JPEG data has no end").at(path);
+    Err(error.help("copy the picture again, or leave it out"))
+}
+
+/// Bits of a sensor in the lower part of a picture's 16 leave it black.
+fn warn_if_dark(path: &Path, pixels: &[u8], deep: bool) {
+    let brightest = pixels.iter().copied().max().unwrap_or_default();
+    // Of 12 bits in 16 the brightest grey is 15 of 255.
+    if brightest > 15 {
+        return;
+    }
+    let cause = "the picture is almost black: no pixel is brighter than 6 % of the range";
+    Error::new(cause).at(path).help(match deep {
+        true => "it looks like 10 or 12 bits in a 16-bit file: write the pictures with values shifted to the top",
+        false => "check the exposure",
+    }).warn();
+}
+
+fn undecodable(path: &Path, error: &image::ImageError) -> Error {
+    let cause = match error {
+        image::ImageError::Unsupported(_) => "is not a PNG, JPEG or PNM picture".to_owned(),
+        error => format!("the picture is damaged or cut short ({error})"),
+    };
+    Error::new(cause).at(path).help("write the picture again, or leave it out")
+}
+
+/// Fails when a picture says, in its header, that it has another size than the rig's camera. A picture whose
+/// header cannot be read passes: decoding will name it.
+///
+/// # Errors
+/// Names the picture and both sizes.
+pub fn check_size(path: &Path, width: usize, height: usize) -> Result<()> {
+    inputs::note(path);
+    let decoder = ImageReader::open(path).and_then(ImageReader::with_guessed_format).ok();
+    let Some(mut decoder) = decoder.and_then(|reader| reader.into_decoder().ok()) else { return Ok(()) };
+    let (w, h) = decoder.dimensions();
+    let [w, h] = [w as usize, h as usize];
+    let upright = match decoder.orientation().unwrap_or(Orientation::NoTransforms) {
+        Orientation::NoTransforms
+        | Orientation::Rotate180
+        | Orientation::FlipHorizontal
+        | Orientation::FlipVertical => [w, h],
+        _ => [h, w],
+    };
+    plausibility::check_picture(path, upright, [width, height])
+}
+
+/// The pictures in a folder, in the natural order of their names (2.png before 10.png; 0.15.png before 0.2.png where
+/// all names are decimal numbers). What is no file is passed over.
+///
+/// # Errors
+/// When the folder cannot be read or holds no picture.
+pub fn in_folder(folder: &Path) -> Result<Vec<PathBuf>> {
+    let failed = |error: std::io::Error| io_error(&error).at(folder);
+    let mut pictures = Vec::new();
+    for entry in fs::read_dir(folder).map_err(failed)? {
+        let path = entry.map_err(failed)?.path();
+        let hidden = path.file_name().is_none_or(|name| name.to_string_lossy().starts_with('.'));
+        let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+        let named = extension.is_some_and(|extension| EXTENSIONS.contains(&extension.as_str()));
+        // A link that leads nowhere stays: reading it will name it.
+        if !hidden && named && !path.is_dir() {
+            pictures.push(path);
+        }
+    }
+    if pictures.is_empty() {
+        let cause = format!("the folder holds no picture ({})", EXTENSIONS.join(", "));
+        return Err(Error::new(cause).at(folder).help("name the folder that the frames are in"));
+    }
+    sort_names(&mut pictures, |path| path.file_name().unwrap_or_default().to_string_lossy().into_owned());
+    Ok(pictures)
+}
