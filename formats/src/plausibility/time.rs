@@ -55,7 +55,7 @@ pub fn gaps(times: &[f64]) -> (f64, Vec<usize>) {
 }
 
 fn rounded(step: f64) -> String {
-    if step >= 1e4 || step < 1e-3 { format!("{step:.1e}") } else { format!("{step:.3}") }
+    if !(1e-3..1e4).contains(&step) { format!("{step:.1e}") } else { format!("{step:.3}") }
 }
 
 #[cfg(test)]
