@@ -41,9 +41,7 @@ fn the_same_camera_comes_of_every_form() {
     let orb = "k1: -0.3\nCamera.k2: 0.1\nCamera.p1: 0.001\nCamera.p2: -0.002\nCamera.width: 640\nCamera.height: 480\nORBextractor.nFeatures: 1000\nCamera.fps: 20\n";
     for form in [
         // A message of `ros2 topic echo`.
-        format!(
-            "header:\n  stamp:\n    sec: 1\n  frame_id: c\nheight: 480\nwidth: 640\ndistortion_model: plumb_bob\nd:\n- -0.3\n- 0.1\n- 0.001\n- -0.002\n- 0.0\nk:\n- 600.0\n- 0.0\n- 320.0\n- 0.0\n- 610.0\n- 240.0\n- 0.0\n- 0.0\n- 1.0\nbinning_x: 0\nbinning_y: 0\nroi:\n  x_offset: 0\n  y_offset: 0\n  height: 0\n  width: 0\n  do_rectify: false\n---\n"
-        ),
+        "header:\n  stamp:\n    sec: 1\n  frame_id: c\nheight: 480\nwidth: 640\ndistortion_model: plumb_bob\nd:\n- -0.3\n- 0.1\n- 0.001\n- -0.002\n- 0.0\nk:\n- 600.0\n- 0.0\n- 320.0\n- 0.0\n- 610.0\n- 240.0\n- 0.0\n- 0.0\n- 1.0\nbinning_x: 0\nbinning_y: 0\nroi:\n  x_offset: 0\n  y_offset: 0\n  height: 0\n  width: 0\n  do_rectify: false\n---\n".to_owned(),
         // Nested lists, as OpenCV's Python examples write them.
         format!(
             "image_width: 640\nimage_height: 480\ncamera_matrix: [[600, 0, 320], [0, 610, 240], [0, 0, 1]]\ndist_coeff: [[{COEFFICIENTS}, 0]]\n"
@@ -62,9 +60,7 @@ fn the_same_camera_comes_of_every_form() {
         format!(
             "%YAML:1.0\n\nCamera.type: \"PinHole\"\nCamera.fx: 600\nCamera.fy: 610\nCamera.cx: 320\nCamera.cy: 240\nCamera.{orb}"
         ),
-        format!(
-            "model_type: PINHOLE\ncamera_name: c\nimage_width: 640\nimage_height: 480\ndistortion_parameters:\n   k1: -0.3\n   k2: 0.1\n   p1: 0.001\n   p2: -0.002\nprojection_parameters:\n   fx: 600\n   fy: 610\n   cx: 320\n   cy: 240\n"
-        ),
+        "model_type: PINHOLE\ncamera_name: c\nimage_width: 640\nimage_height: 480\ndistortion_parameters:\n   k1: -0.3\n   k2: 0.1\n   p1: 0.001\n   p2: -0.002\nprojection_parameters:\n   fx: 600\n   fy: 610\n   cx: 320\n   cy: 240\n".to_owned(),
         format!(
             "# oST version 5.0 parameters\n\n\n[image]\n\nwidth\n640\n\nheight\n480\n\n[narrow_stereo]\n\ncamera matrix\n600 0 320\n0 610 240\n0 0 1\n\ndistortion\n{} 0\n\nrectification\n1 0 0\n0 1 0\n0 0 1\n\nprojection\n1 0 0 0\n0 1 0 0\n0 0 1 0\n",
             COEFFICIENTS.replace(',', "")
