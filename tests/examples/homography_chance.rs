@@ -56,6 +56,9 @@ fn found(a: &Features, b: &Features) -> Option<String> {
     let matches: Vec<Match<f64>> = ends.iter().map(pair).collect();
     let config = HomographyConfig { scale_noise: true, ..HomographyConfig::default() };
     let found = estimate_homography(&config, &matches, &mut vec![0.0; matches.len()]).ok()?;
+    if !found.is_confirmed_by(&matches) {
+        return None;
+    }
     Some(format!(
         "{} matches, {:.1} right, factor {:.2}",
         matches.len(),

@@ -102,6 +102,9 @@ impl Found {
         // A keypoint's variance is that on pictures of a plane: what the pair itself shows counts more.
         let config = HomographyConfig { scale_noise: true, ..HomographyConfig::default() };
         let estimate = estimate_homography(&config, &matches, &mut posteriors)?;
+        if !estimate.is_confirmed_by(&matches) {
+            return Err(NoHomography::NoConsensus);
+        }
         let inliers = posteriors.iter().map(|posterior| *posterior > 0.5).collect();
         Ok(Self { matches, estimate, inliers })
     }

@@ -42,6 +42,17 @@ pub struct HomographyEstimate<T> {
     pub samples: u32,
 }
 
+impl<T: Real> HomographyEstimate<T> {
+    /// Whether chance would rarely give so many right ones among `matches`, those of the estimate, when a match agrees
+    /// that lies within the noise as it was found to be, not as it was promised. Four matches confirm nothing: some
+    /// homography always carries them.
+    pub fn is_confirmed_by(&self, matches: &[Match<T>]) -> bool {
+        let confirms =
+            |problem: Problem<'_, T>| problem.meaningful(self.inliers, self.variance_factor.max(T::one()));
+        matches.len() > 4 && Problem::new(matches, matches.len()).is_ok_and(confirms)
+    }
+}
+
 /// The homography that most of the matches agree with, with its covariance; `posteriors` receives each match's
 /// probability of being right.
 ///
@@ -81,7 +92,7 @@ pub fn estimate_homography<T: Real>(
     let start = Free::new(problem.to.matrix() * matrix * problem.from.inverse());
     let outcome = refine(start, matches, problem.mixture(T::lit(0.5), T::one()), effort, keep)
         .ok_or(NoHomography::Degenerate)
-        .and_then(|refined| problem.conclude(&refined, samples, config.scale_noise));
+        .and_then(|refined| problem.conclude(&refined, samples));
     if outcome.is_err() {
         posteriors.fill(T::zero());
     }
@@ -219,14 +230,9 @@ impl<'a, T: Real> Problem<'a, T> {
         &self,
         refined: &Refined<T, Free<T>, 8>,
         samples: u32,
-        estimates_noise: bool,
     ) -> Result<HomographyEstimate<T>, NoHomography> {
         let inliers = refined.sums.mass;
-        // What counts as agreeing is as wide as the noise was found to be; and four matches leave no residual that
-        // could tell the noise.
-        let noise = refined.mixture.variance_factor;
-        let untold = estimates_noise && self.matches.len() == 4;
-        if untold || !self.meaningful(inliers, noise.max(T::one())) {
+        if !self.meaningful(inliers, T::one()) {
             return Err(NoHomography::NoConsensus);
         }
         let tangent = refined.model.tangent();
