@@ -58,7 +58,7 @@ const KINDS: &[Kind] = &[
             ),
             ("115, 0, 0, 1]", "115, 0, 0]", &["`camera_matrix` has 8 numbers", "3 × 3"]),
             ("rows: 3", "rows: 5", &["`camera_matrix` has 9 numbers", "5 × 3"]),
-            ("365, 0, 146", ".nan, 0, 146", &["`camera_matrix`", "finite"]),
+            ("365, 0, 146", ".nan, 0, 146", &["line 6", "non-finite"]),
             ("365, 0, 146", "1e300, 0, 146", &["`focal` is"]),
             (
                 "[365, 0, 146, 0, 365, 115, 0, 0, 1]",
