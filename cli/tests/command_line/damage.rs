@@ -118,7 +118,11 @@ const KINDS: &[Kind] = &[
             ("0.5,1,0", "2,1,0", &["line 4", "before the line before's"]),
             ("0.5,1,0\n1,1,0\n", "", &["1 lines of odometry"]),
             ("0.5,1,0\n1,1", "6e8,1,0\n12e8,1", &["nanoseconds"]),
-            ("t,v,omega\n0,1,0\n0.5,1,0", "t,dx,dy,dtheta\n0,1,0,0\n0.5,1,0,45", &["line 3", "degrees"]),
+            (
+                "t,v,omega\n0,1,0\n0.5,1,0\n1,1,0",
+                "t,dx,dy,dtheta\n0,1,0,0\n0.5,1,0,45\n1,1,0,0",
+                &["line 3", "degrees"],
+            ),
         ],
     },
     Kind {
