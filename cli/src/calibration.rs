@@ -7,7 +7,7 @@ use monorange_core::{
     },
     geometry::RangeFinder,
     lines::Corner,
-    pipeline::{Config, Memory, MountError, Odometry, OnHeap, Pipeline},
+    pipeline::{Carrier, Config, Memory, MotionFrom, MountError, Odometry, OnHeap, Pipeline},
     slam::Decision,
 };
 use monorange_formats::{
@@ -188,7 +188,9 @@ pub fn drive_config(settings: Config, fitted: Fitted) -> Config {
     for (((std, prior), scale), fitted) in mount_std.iter_mut().zip(DRIVE_PRIOR).zip(scale).zip(fitted.0) {
         *std = if fitted { prior * scale } else { 0.0 };
     }
-    Config { mount_std, mount_error: MountError::Estimated, ..settings }
+    // The corners are found before and handed over: no picture is there to carry them.
+    let (carrier, motion_from) = (Carrier::Map, MotionFrom::Odometry);
+    Config { mount_std, mount_error: MountError::Estimated, carrier, motion_from, ..settings }
 }
 
 /// What a picture of a drive shows, and the motion since the one before.

@@ -44,6 +44,13 @@ pub enum Error {
         /// The number.
         id: u32,
     },
+    /// A setting asks for what this build or device cannot do.
+    Unsupported {
+        /// The setting's name as in the rig file.
+        name: &'static str,
+        /// What is missing, and what would work.
+        reason: &'static str,
+    },
     /// A capacity is used up.
     Full {
         /// Which one.
@@ -61,6 +68,7 @@ impl fmt::Display for Error {
             Self::TimeBackwards { time, last } => write!(f, "time {time} s lies before {last} s"),
             Self::UnknownLandmark { id } => write!(f, "there is no landmark {id}"),
             Self::KnownLandmark { id } => write!(f, "there is a landmark {id} already"),
+            Self::Unsupported { name, reason } => write!(f, "{name} asks for what is not here: {reason}"),
             Self::Full { name, capacity } => write!(f, "{name} is full: it has room for {capacity}"),
         }
     }

@@ -43,4 +43,6 @@ pub mod pipeline;
 pub mod slam;
 
 pub use error::{Error, Result};
+/// The matrices of this interface.
+pub use nalgebra;
 pub use real::Real;

@@ -18,7 +18,7 @@ use core::mem::MaybeUninit;
 use monorange_core::{
     Error,
     lines::{self, EdgePoint, mask_words, point_count, row_words},
-    pipeline::{Config, Memory, Pipeline, Report, Storage, state_len},
+    pipeline::{self, Config, Memory, Pipeline, Report, Storage, state_len},
     slam::{self, states_for, storage_len},
 };
 use monorange_protocol::{conversion, message::*};
@@ -191,6 +191,7 @@ impl Engine for Mapper {
         }
         // Everything is checked before the old pipeline gives its memory up.
         let config = conversion::config_from_message(configuration)?.checked()?;
+        config.needs_no_features()?;
         let camera = config.finder.camera();
         at_most("camera.width", camera.width(), WIDTH)?;
         at_most("camera.height", camera.height(), HEIGHT)?;
@@ -220,10 +221,11 @@ impl Engine for Mapper {
         let Some(pipeline) = &mut self.pipeline else { return Ok(()) };
         let camera = pipeline.config().finder.camera();
         let FrameBegin { left, top, width, height, .. } = *picture;
-        let empty = usize::from(width == 0 || height == 0) * usize::MAX;
+        if width == 0 || height == 0 {
+            return Err(Error::Size { name: "picture", got: 0, expected: 1 });
+        }
         at_most("picture.width", usize::from(left) + usize::from(width), camera.width())?;
         at_most("picture.height", usize::from(top) + usize::from(height), camera.height())?;
-        at_most("picture", empty, 0)?;
         pipeline.begin();
         self.report = None;
         self.picture = Some(*picture);
@@ -256,10 +258,12 @@ impl Engine for Mapper {
         self.push_line(below);
         lap(Stage::Rows);
         let Some(pipeline) = &mut self.pipeline else { return };
-        let _ = pipeline.extraction();
-        lap(Stage::Corners);
-        self.report = pipeline.finish(conversion::seconds_from_us(picture.time_us)).ok();
-        lap(Stage::Filter);
+        let ended = |stage| match stage {
+            pipeline::Stage::Corners => lap(Stage::Corners),
+            pipeline::Stage::Filter => lap(Stage::Filter),
+            pipeline::Stage::Rows | pipeline::Stage::Motion => {}
+        };
+        self.report = pipeline.finish_timed(conversion::seconds_from_us(picture.time_us), ended).ok();
     }
 
     fn abandon(&mut self) {

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """SIFT, FAST and the robust homography beside OpenCV, in one run on the same pictures and matches.
 
-    cargo build --release -p monorange-core --examples
+    cargo build --release -p monorange-tests --examples
     python tests/peers/features.py speed PICTURE.pgm...      # least time of one call, keypoints, ratio
     python tests/peers/features.py accuracy PICTURE.pgm...   # random homographies: see `pair`
     python tests/peers/features.py robust                    # 300 matches, half of them wrong: see `robust`

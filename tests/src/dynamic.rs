@@ -1,11 +1,9 @@
 //! People in the corridor: who is who, in pixels and in the map, against the truth.
 use crate::corridor::config_for;
 use monorange_core::Result;
-use monorange_core::association::PredictedBy;
+use monorange_core::features::{Detector, Features};
 use monorange_core::image::Grey;
-use monorange_core::pipeline::{
-    Carrier, Memory, Odometry, OnHeap, Pipeline, PixelAssociation, VisualConfig, VisualMotion,
-};
+use monorange_core::pipeline::{Carrier, Config, Memory, Odometry, OnHeap, Pipeline};
 use monorange_core::slam::{Decision, Status};
 use monorange_sim::{Simulation, TrueCorner};
 use nalgebra::Vector2;
@@ -80,11 +78,11 @@ pub fn associate(simulation: &Simulation, carriers: &[Carrier]) -> Result<Vec<As
     let config = config_for(simulation)?;
     let camera = *config.finder.camera();
     let (width, height) = (camera.width(), camera.height());
-    let mut visual = VisualMotion::new(VisualConfig { free: true, ..VisualConfig::default() })?;
+    let mut detector = Detector::new(config.visual.features)?;
     let mut runs = Vec::new();
     for carrier in carriers {
-        let pipeline = Pipeline::<OnHeap>::new(config, Memory::on_heap(width, height, 512))?;
-        runs.push(Run::new(pipeline, PixelAssociation::new(*carrier)));
+        let config = Config { carrier: *carrier, ..config };
+        runs.push(Run::new(Pipeline::new(config, Memory::on_heap(width, height, 512))?));
     }
     let mut picture = vec![0; width * height];
     for frame in 0..simulation.len() {
@@ -95,19 +93,12 @@ pub fn associate(simulation: &Simulation, carriers: &[Carrier]) -> Result<Vec<As
         });
         simulation.render(frame, &mut picture)?;
         let grey = Grey::new(&picture, width, height)?;
-        let increment = odometry.map(|reading| config.motion.increment(&reading));
-        let step = visual.step_with(&config.finder, time, increment.as_ref(), grey)?;
+        let features = detector.detect(grey)?;
         for run in &mut runs {
             if let Some(reading) = &odometry {
                 run.pipeline.odometry(time, reading)?;
             }
-            match &step {
-                Some(step) => {
-                    run.pixels.look(step.motion.as_ref().ok(), step.free.as_ref(), step.new_keyframe)
-                }
-                None => run.pixels.look(None, None, true),
-            }
-            run.picture(simulation, frame, grey)?;
+            run.picture(simulation, frame, grey, &features)?;
         }
     }
     Ok(runs.into_iter().map(Run::finish).collect())
@@ -115,7 +106,6 @@ pub fn associate(simulation: &Simulation, carriers: &[Carrier]) -> Result<Vec<As
 
 struct Run {
     pipeline: Pipeline<OnHeap>,
-    pixels: PixelAssociation,
     score: Association,
     sightings: Vec<Sighting>,
     /// Landmark → the pictures between which it was in the map.
@@ -135,15 +125,19 @@ struct Sighting {
 }
 
 impl Run {
-    fn new(pipeline: Pipeline<OnHeap>, pixels: PixelAssociation) -> Self {
+    fn new(pipeline: Pipeline<OnHeap>) -> Self {
         let (score, sightings, lives) = (Association::default(), Vec::new(), BTreeMap::new());
-        Self { pipeline, pixels, score, sightings, lives }
+        Self { pipeline, score, sightings, lives }
     }
 
-    fn picture(&mut self, simulation: &Simulation, frame: usize, grey: Grey<'_>) -> Result<()> {
-        self.pipeline.begin();
-        grey.rows().try_for_each(|row| self.pipeline.push_row(row))?;
-        let report = self.pipeline.finish_with(simulation.time(frame), &mut self.pixels)?;
+    fn picture(
+        &mut self,
+        simulation: &Simulation,
+        frame: usize,
+        grey: Grey<'_>,
+        features: &Features,
+    ) -> Result<()> {
+        let report = self.pipeline.step_with_features(simulation.time(frame), grey, features, |_| ())?;
         let truth = simulation.corners(frame);
         let mut met = BTreeSet::new();
         for corner in &report.corners {
@@ -166,7 +160,7 @@ impl Run {
         for landmark in self.pipeline.filter().landmarks() {
             self.lives.entry(landmark.id).or_insert([frame, frame])[1] = frame;
         }
-        self.score.carried += usize::from(self.pixels.predicted_by() != PredictedBy::Map);
+        self.score.carried += usize::from(report.carried_by != Carrier::Map);
         self.score.frames += 1;
         if let Some(before) = frame.checked_sub(1) {
             let [from, to] = [before, frame].map(|frame| simulation.true_pose(frame).position());

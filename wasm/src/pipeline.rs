@@ -2,10 +2,10 @@
 //!
 //! ```text
 //! pipeline.load(pixels)                        a grey picture (loadRgba: a coloured one)
-//! pipeline.velocity(t, v, omega, seconds)      or increment(…): any number of readings; without odometry moveByPicture(t)
+//! pipeline.velocity(t, v, omega, seconds)      or increment(…): any number of readings
 //! pipeline.rows()                              smoothing, gradients, edge points
 //! pipeline.lines()                             Hough, line fits, corners
-//! const report = pipeline.finish(t)            association, filter, map
+//! const report = pipeline.finish(t)            the motion where pictures tell it, association, filter, map
 //! ```
 //!
 //! It is [`monorange_core::pipeline`] and nothing besides, so the numbers are those of the host and of the robot.
@@ -13,7 +13,7 @@ use crate::RangeFinder;
 use crate::report::{self, Report};
 use monorange_core::Result;
 use monorange_core::image::Grey;
-use monorange_core::pipeline::{self, Config, Memory, Odometry, OnHeap, VisualConfig, VisualMotion};
+use monorange_core::pipeline::{self, Config, Memory, MotionFrom, Odometry, OnHeap};
 use monorange_core::slam::Status;
 use monorange_protocol::{conversion::config_from_message, message::Configure};
 use wasm_bindgen::prelude::*;
@@ -25,8 +25,6 @@ pub const LANDMARKS: usize = 512;
 #[wasm_bindgen]
 pub struct Pipeline {
     inner: pipeline::Pipeline<OnHeap>,
-    /// Made with the first picture that is asked for the motion.
-    visual: Option<VisualMotion>,
     picture: Vec<u8>,
 }
 
@@ -38,33 +36,21 @@ fn sentence(error: monorange_core::Error) -> JsError {
     JsError::new(&error.to_string())
 }
 
-/// How a picture moved the robot.
-#[wasm_bindgen]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Motion {
-    /// It is the first one.
-    None = 0,
-    /// The step was measured.
-    Measured = 1,
-    /// It could not be measured: the last velocity was held.
-    Held = 2,
-}
-
 #[wasm_bindgen]
 impl Pipeline {
     /// A pipeline for the rig of these [`PARAMETERS`](crate::range_finder::PARAMETERS) numbers. `settings` is a
     /// `Configure` message of the co-processor's protocol, of which everything but the rig counts; empty for the
-    /// default settings.
+    /// default settings. `by_pictures`: there is no odometry, the motion comes from the pictures.
     ///
     /// # Errors
     /// A sentence that names the parameter at fault.
     #[wasm_bindgen(constructor)]
-    pub fn from_parameters(parameters: &[f32], settings: &[u8]) -> Answer<Pipeline> {
+    pub fn from_parameters(parameters: &[f32], settings: &[u8], by_pictures: bool) -> Answer<Pipeline> {
         let settings = match settings {
             [] => None,
             message => Some(postcard::from_bytes(message).map_err(|_| JsError::new(FOREIGN_SETTINGS))?),
         };
-        Self::new(parameters, settings.as_ref()).map_err(sentence)
+        Self::new(parameters, settings.as_ref(), by_pictures).map_err(sentence)
     }
 
     /// Takes a grey picture of the rig's size.
@@ -98,15 +84,6 @@ impl Pipeline {
     /// As [`velocity`](Self::velocity).
     pub fn increment(&mut self, time: f64, forward: f32, left: f32, turn: f32, seconds: f32) -> Answer<()> {
         self.inner.odometry(time, &Odometry::Increment { forward, left, turn, seconds }).map_err(sentence)
-    }
-
-    /// Moves the robot, up to `time`, by what the picture shows since the one before.
-    ///
-    /// # Errors
-    /// A sentence, where time does not go on.
-    #[wasm_bindgen(js_name = moveByPicture)]
-    pub fn move_by_picture(&mut self, time: f64) -> Answer<Motion> {
-        self.see_motion(time).map_err(sentence)
     }
 
     /// Runs the picture's rows through the extractor.
@@ -145,10 +122,9 @@ impl Pipeline {
         confirmed.filter_map(|known| report::map_row(filter, known)).flatten().collect()
     }
 
-    /// The filter's verdict on itself, or `unchecked` where no corner was matched.
+    /// The filter's verdict on itself.
     pub fn verdict(&self) -> String {
-        let health = self.inner.health();
-        if health.measurements == 0 { "unchecked" } else { health.verdict().as_str() }.to_owned()
+        self.inner.health().verdict().as_str().to_owned()
     }
 
     /// Mean normalised innovation squared a degree of freedom, over the last measurements; 1 is right.
@@ -163,14 +139,15 @@ impl Pipeline {
     ///
     /// # Errors
     /// As [`pipeline::Pipeline::new`].
-    pub fn new(parameters: &[f32], settings: Option<&Configure>) -> Result<Self> {
+    pub fn new(parameters: &[f32], settings: Option<&Configure>, by_pictures: bool) -> Result<Self> {
         let rig = RangeFinder::new(parameters)?;
         let finder = *rig.finder();
         let config = settings.map_or(Ok(Config::new(finder)), config_from_message)?;
-        let config = Config { finder, mount_std: rig.angles_and_height_std(), ..config };
+        let motion_from = if by_pictures { MotionFrom::Pictures } else { config.motion_from };
+        let config = Config { finder, mount_std: rig.angles_and_height_std(), motion_from, ..config };
         let memory = Memory::on_heap(finder.camera().width(), finder.camera().height(), LANDMARKS);
         let picture = Vec::new();
-        Ok(Self { inner: pipeline::Pipeline::new(config, memory)?, visual: None, picture })
+        Ok(Self { inner: pipeline::Pipeline::new(config, memory)?, picture })
     }
 
     fn size(&self) -> (usize, usize) {
@@ -187,18 +164,6 @@ impl Pipeline {
         self.picture.clear();
         self.picture.extend(pixels);
         Ok(())
-    }
-
-    fn see_motion(&mut self, time: f64) -> Result<Motion> {
-        let (width, height) = self.size();
-        if self.visual.is_none() {
-            self.visual = Some(VisualMotion::new(VisualConfig::default())?);
-        }
-        let Some(visual) = &mut self.visual else { return Ok(Motion::None) };
-        let picture = Grey::new(&self.picture, width, height)?;
-        let Some(step) = visual.step(&self.inner.finder(), time, picture)? else { return Ok(Motion::None) };
-        self.inner.motion_seen(time, &step)?;
-        Ok(if step.measured { Motion::Measured } else { Motion::Held })
     }
 
     fn push(&mut self) -> Result<()> {
@@ -245,7 +210,7 @@ mod tests {
         let mut parameters = [0.0; crate::range_finder::PARAMETERS];
         parameters[..6].copy_from_slice(&[160.0, 120.0, 180.0, 180.0, 80.0, 60.0]);
         parameters[12..16].copy_from_slice(&[0.1, 0.1, 0.4, 0.1]);
-        Pipeline::new(&parameters, None).unwrap()
+        Pipeline::new(&parameters, None, false).unwrap()
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! What one picture brought, as rows of numbers.
 use monorange_core::geometry::{Camera, RangeFinder, range_bearing_by_floor};
 use monorange_core::lines::{EdgePoint, Extraction};
-use monorange_core::pipeline::{self, CornerReport};
+use monorange_core::pipeline::{self, CornerReport, MovedBy};
 use monorange_core::slam::{Decision, Filter, Form, Landmark, Status};
 use nalgebra::{Matrix2, SMatrix, Vector2};
 use wasm_bindgen::prelude::*;
@@ -26,6 +26,7 @@ pub struct Report {
     nis_degrees: u32,
     without_range: u32,
     no_room: u32,
+    held: bool,
 }
 
 #[wasm_bindgen]
@@ -85,6 +86,12 @@ impl Report {
         self.without_range
     }
 
+    /// Whether the motion was to come from the pictures, and this one did not tell it.
+    #[wasm_bindgen(getter)]
+    pub fn held(&self) -> bool {
+        self.held
+    }
+
     /// Landmarks for which there was no room.
     #[wasm_bindgen(getter, js_name = noRoom)]
     pub fn no_room(&self) -> u32 {
@@ -127,6 +134,7 @@ impl Report {
             nis_degrees,
             without_range: seen.without_range,
             no_room: seen.map.no_room,
+            held: seen.moved_by == MovedBy::Held,
         }
     }
 }

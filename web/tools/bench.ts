@@ -105,12 +105,11 @@ async function measure([frames, rounds, levels, photo]: readonly [number, number
     pipeline.lines();
   })));
   const drive = (bySight: boolean) => least(() => {
-    const pipeline = new simd.Pipeline(parameters, new Uint8Array());
+    const pipeline = new simd.Pipeline(parameters, new Uint8Array(), bySight);
     const spent = pictures.map((pixels: Uint8Array, frame: number) => timed(() => {
       const time = times[frame]! - times[0]!;
       pipeline.load(pixels);
-      if (bySight) pipeline.moveByPicture(time);
-      else if (frame > 0) {
+      if (!bySight && frame > 0) {
         const [seconds = 0, , v = 0, omega = 0] = wheels.between(times[frame - 1]!, times[frame]!);
         pipeline.velocity(time, v, omega, seconds);
       }

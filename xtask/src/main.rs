@@ -1,6 +1,7 @@
 //! `cargo xtask`: everything that is more than one cargo command. Each task does its own set-up.
 mod demo;
 mod firmware;
+mod house;
 mod setup;
 mod shell;
 mod test;

@@ -1,5 +1,5 @@
 //! `cargo xtask test`: what CI runs.
-use crate::{firmware, setup, shell, web};
+use crate::{firmware, house, setup, shell, web};
 use anyhow::Result;
 use std::time::Instant;
 
@@ -7,6 +7,7 @@ use std::time::Instant;
 const FRAMES: usize = 40;
 
 pub(crate) fn run() -> Result<()> {
+    stage("the house in order", house::check)?;
     stage("format and lints", lints)?;
     stage("tests", tests)?;
     stage("core on bare targets", bare_targets)?;

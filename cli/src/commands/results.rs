@@ -59,7 +59,14 @@ pub(super) fn print(run: &Run, folder: &Path, as_json: bool) -> Result<()> {
             return writeln!(out, "{json}");
         }
         let [x, y, heading] = run.end_std();
-        writeln!(out, "{}: {} of {} frames used, {}", run.title, run.frames_used, run.frames, run.verdict)?;
+        writeln!(
+            out,
+            "{}: {} of {} frames used, {}",
+            run.title,
+            run.frames_used,
+            run.frames,
+            run.verdict.as_str()
+        )?;
         writeln!(out, "  path       {:.2} m in {:.1} s", run.path(), run.seconds())?;
         writeln!(out, "  end, 1σ    {:.3} m, {:.2}°", x.hypot(y), heading.to_degrees())?;
         let (landmarks, measured) = (run.map.len(), run.observations.len());

@@ -9,8 +9,8 @@ use crate::{
 use clap::Args;
 use monorange_core::{
     geometry::Pose,
-    pipeline::{Carrier, Memory, OnHeap, Pipeline, PixelAssociation, Report, VisualConfig, VisualMotion},
-    slam::Increment,
+    pipeline::{Carrier, Config, Memory, MotionFrom, MovedBy, OnHeap, Pipeline, Report},
+    slam::{Increment, Verdict},
 };
 use monorange_formats::{
     Error, Result,
@@ -113,10 +113,6 @@ struct Drive<'a> {
     sequence: &'a Sequence,
     rig: &'a Rig,
     pipeline: Pipeline<OnHeap>,
-    /// Motion from the pictures, where there is no odometry.
-    visual: Option<VisualMotion>,
-    /// Where the landmarks' corners were, if a homography carries them.
-    pixels: PixelAssociation,
     /// Time of the first frame: the pipeline's clock begins there.
     start: f64,
     reached: f64,
@@ -134,19 +130,18 @@ impl<'a> Drive<'a> {
         let refused = |error| {
             Error::new(error).at(&arguments.inputs.rig.rig).help("correct the setting in the rig file")
         };
-        let pipeline = Pipeline::new(rig.settings, memory).map_err(refused)?;
+        let motion_from = match sequence.odometry {
+            Some(_) => rig.settings.motion_from,
+            None => MotionFrom::Pictures,
+        };
+        let config = Config { motion_from, ..rig.settings };
+        let pipeline = Pipeline::new(config, memory).map_err(refused)?;
         let start = sequence.times.first().copied().unwrap_or_default();
         let mut run = new_run(&arguments.inputs, rig, sequence);
         run.unmeasured = sequence.odometry.is_none().then_some(0);
-        let carrier = rig.settings.carrier;
-        run.carried = (carrier != Carrier::Map).then(Carried::default);
-        let free = carrier == Carrier::Free;
-        let visual = (sequence.odometry.is_none() || carrier != Carrier::Map)
-            .then(|| VisualMotion::new(VisualConfig { free, ..VisualConfig::default() }).map_err(Error::new))
-            .transpose()?;
-        let (pixels, shots) = (PixelAssociation::new(carrier), vec![None; SHOTS]);
-        let frozen = FrozenCamera::default();
-        Ok(Self { sequence, rig, pipeline, visual, pixels, start, reached: start, frozen, run, shots })
+        run.carried = (config.carrier != Carrier::Map).then(Carried::default);
+        let (frozen, shots) = (FrozenCamera::default(), vec![None; SHOTS]);
+        Ok(Self { sequence, rig, pipeline, start, reached: start, frozen, run, shots })
     }
 
     fn all_frames(&mut self) -> Result<()> {
@@ -177,73 +172,30 @@ impl<'a> Drive<'a> {
     }
 
     fn frame(&mut self, frame: usize, time: f64, picture: &Picture, read_ms: f64) -> Result<()> {
-        let clock = Instant::now();
-        self.move_to(time, picture)?;
-        let odometry_ms = milliseconds(clock);
-        let clock = Instant::now();
-        self.pipeline.begin();
-        for row in picture.grey()?.rows() {
-            self.pipeline.push_row(row).map_err(Error::new)?;
-        }
-        let edges_ms = milliseconds(clock);
-        let clock = Instant::now();
-        self.pipeline.extraction().map_err(Error::new)?;
-        let lines_ms = milliseconds(clock);
-        let clock = Instant::now();
-        let report = self.pipeline.finish_with(time - self.start, &mut self.pixels).map_err(Error::new)?;
-        let filter_ms = milliseconds(clock);
-        let spent = [read_ms, edges_ms, lines_ms, odometry_ms, filter_ms];
-        for (stage, spent) in self.run.stages.iter_mut().zip(spent) {
-            stage.times_ms.push(spent);
-        }
-        self.note(frame, time, &report);
-        self.shoot(frame, time, &report, picture)
-    }
-
-    /// Moves the robot to the time of a picture: by its wheels, or by what the picture shows.
-    fn move_to(&mut self, time: f64, picture: &Picture) -> Result<()> {
         let controls = self.sequence.odometry.as_ref().map(|odometry| odometry.between(self.reached, time));
         let mut wheels = None;
         for control in controls.unwrap_or_default() {
             self.reached += control.duration;
-            let reading = control.reading();
-            if !self.fused() {
-                self.pipeline.odometry(self.reached - self.start, &reading).map_err(Error::new)?;
-            }
+            let (until, reading) = (self.reached - self.start, control.reading());
+            self.pipeline.odometry(until, &reading).map_err(Error::new)?;
             let step = self.rig.settings.motion.increment(&reading);
             wheels = Some(wheels.map_or(step, |before: Increment<f32>| before.then(&step)));
         }
         self.reached = time;
         let way = wheels.as_ref().map_or(0.0, |step| f64::from(step.delta.xy().norm()));
         self.frozen.look(&picture.pixels, way);
-        let Some(visual) = &mut self.visual else { return Ok(()) };
-        let (finder, now) = (self.pipeline.finder(), time - self.start);
-        let step = visual.step_with(&finder, now, wheels.as_ref(), picture.grey()?).map_err(Error::new)?;
-        let Some(step) = step else {
-            if let Some(wheels) = wheels.filter(|_| self.fused()) {
-                self.pipeline.motion(now, &wheels).map_err(Error::new)?;
-            }
-            self.pixels.look(None, None, true);
-            return Ok(());
+        let (mut spent, mut clock) = (vec![read_ms], Instant::now());
+        let ended = |_| {
+            spent.push(milliseconds(clock));
+            clock = Instant::now();
         };
-        self.pixels.look(step.motion.as_ref().ok(), step.free.as_ref(), step.new_keyframe);
-        if let Some(carried) = &mut self.run.carried {
-            carried.count(self.pixels.predicted_by());
+        let seen = self.pipeline.step_timed(time - self.start, picture.grey()?, ended);
+        let report = seen.map_err(Error::new)?;
+        for (stage, spent) in self.run.stages.iter_mut().zip(spent) {
+            stage.times_ms.push(spent);
         }
-        if let Some(unmeasured) = &mut self.run.unmeasured {
-            *unmeasured += usize::from(!step.measured);
-        }
-        if self.fused() {
-            self.pipeline.motion_seen(now, &step).map_err(Error::new)?;
-        }
-        Ok(())
-    }
-
-    /// Whether the robot's motion comes from the pictures: with the wheels' where the floor carries corners, alone where
-    /// there are no wheels.
-    fn fused(&self) -> bool {
-        let carrier = self.pipeline.config().carrier;
-        self.visual.is_some() && (carrier == Carrier::Floor || self.sequence.odometry.is_none())
+        self.note(frame, time, &report);
+        self.shoot(frame, time, &report, picture)
     }
 
     fn note(&mut self, frame: usize, time: f64, report: &Report) {
@@ -253,6 +205,13 @@ impl<'a> Drive<'a> {
         self.run.trajectory.push(Stamped { time, pose, covariance: Some(report.pose_covariance.cast()) });
         self.run.without_range += report.without_range;
         self.run.no_room += report.map.no_room;
+        if let Some(unmeasured) = &mut self.run.unmeasured {
+            *unmeasured += usize::from(report.moved_by == MovedBy::Held);
+        }
+        // Nothing can be carried into the first picture.
+        if let Some(carried) = self.run.carried.as_mut().filter(|_| report.frame > 0) {
+            carried.count(report.carried_by);
+        }
         let observations = report.corners.iter().map(|corner| Observation::of_corner(time, frame, corner));
         self.run.observations.extend(observations);
     }
@@ -275,11 +234,8 @@ impl<'a> Drive<'a> {
 
     fn finish(mut self, arguments: &Inputs) -> Result<Run> {
         self.run.map = confirmed_map(self.pipeline.filter(), self.start);
-        self.run.verdict = match self.pipeline.health().measurements {
-            0 => "unchecked",
-            _ if self.frozen.judge() => "unchecked",
-            _ => self.pipeline.health().verdict().as_str(),
-        };
+        self.run.verdict =
+            if self.frozen.judge() { Verdict::Unchecked } else { self.pipeline.health().verdict() };
         self.run.mean_nis = self.pipeline.health().mean_nis();
         self.run.shots = self.shots.into_iter().flatten().map(|(_, shot)| shot).collect();
         add_truth(&mut self.run, arguments, self.sequence, self.start)?;

@@ -306,7 +306,7 @@ impl Arguments {
             warnings: Vec::new(),
             unmeasured: None,
             carried: None,
-            verdict: if health.measurements == 0 { "unchecked" } else { verdict.as_str() },
+            verdict,
             mean_nis: health.mean_nis() as f32,
             stages: Vec::new(),
             shots: Vec::new(),
@@ -333,7 +333,7 @@ fn observation(row: &ObservationRow) -> Observation {
         range: sighting.range.map(|range| range as f32),
         bearing: sighting.bearing.map(|bearing| bearing as f32),
         landmark: outcome.landmark,
-        decision: outcome.decision.as_str(),
+        decision: outcome.decision,
         nis: outcome.nis.map(|nis| nis as f32),
     }
 }

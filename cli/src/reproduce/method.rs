@@ -2,10 +2,7 @@
 use monorange_core::features::Features;
 use monorange_core::geometry::Pose;
 use monorange_core::image::Grey;
-use monorange_core::pipeline::{
-    Carrier, Config, Memory, MotionNoise, Odometry, OnHeap, Pipeline, PixelAssociation, Report, VisualConfig,
-    VisualMotion,
-};
+use monorange_core::pipeline::{Carrier, Config, Memory, Odometry, OnHeap, Pipeline, Report};
 use monorange_formats::evaluation::Pair;
 use monorange_formats::files::Stamped;
 use monorange_formats::{Error, Result};
@@ -38,10 +35,6 @@ fn paper(defaults: Config) -> Config {
 /// A method on its way through a drive.
 pub(super) struct Runner {
     pub(super) pipeline: Pipeline<OnHeap>,
-    motion: MotionNoise,
-    /// The homographies that carry corners, where the method has any.
-    visual: Option<VisualMotion>,
-    pixels: PixelAssociation,
     pub(super) pairs: Vec<Pair>,
 }
 
@@ -50,16 +43,8 @@ impl Runner {
         let config = (method.config)(defaults);
         let camera = config.finder.camera();
         let memory = Memory::on_heap(camera.width(), camera.height(), 512);
-        let free = config.carrier == Carrier::Free;
-        let visual = VisualConfig { free, ..VisualConfig::default() };
-        let visual = (config.carrier != Carrier::Map).then(|| VisualMotion::new(visual)).transpose();
-        Ok(Self {
-            visual: visual.map_err(Error::new)?,
-            pixels: PixelAssociation::new(config.carrier),
-            motion: config.motion,
-            pipeline: Pipeline::new(config, memory).map_err(Error::new)?,
-            pairs: Vec::with_capacity(frames),
-        })
+        let pipeline = Pipeline::new(config, memory).map_err(Error::new)?;
+        Ok(Self { pipeline, pairs: Vec::with_capacity(frames) })
     }
 
     /// Takes the wheels' reading since the picture before, and the picture.
@@ -70,29 +55,10 @@ impl Runner {
         picture: Grey<'_>,
         features: &Features,
     ) -> monorange_core::Result<Report> {
-        let wheels = wheels.map(|reading| self.motion.increment(&reading));
-        let mut seen = None;
-        if let Some(visual) = &mut self.visual {
-            seen = visual.follow(&self.pipeline.finder(), time, wheels.as_ref(), features.clone())?;
-            match &seen {
-                None => self.pixels.look(None, None, true),
-                Some(step) => {
-                    self.pixels.look(step.motion.as_ref().ok(), step.free.as_ref(), step.new_keyframe);
-                }
-            }
+        if let Some(reading) = wheels {
+            self.pipeline.odometry(time, &reading)?;
         }
-        // The floor's homography is the robot's motion; the free one is not.
-        let seen = seen.filter(|_| self.pipeline.config().carrier == Carrier::Floor);
-        match (seen, wheels) {
-            (Some(step), _) => self.pipeline.motion_seen(time, &step)?,
-            (None, Some(wheels)) => self.pipeline.motion(time, &wheels)?,
-            (None, None) => {}
-        }
-        self.pipeline.begin();
-        for row in picture.rows() {
-            self.pipeline.push_row(row)?;
-        }
-        self.pipeline.finish_with(time, &mut self.pixels)
+        self.pipeline.step_with_features(time, picture, features, |_| ())
     }
 
     /// Keeps the pose for the errors.

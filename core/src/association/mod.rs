@@ -11,5 +11,5 @@ pub use joint::{
     joint_compatibility,
 };
 pub use pixels::{
-    Corner, PixelMemory, PixelPairing, PixelReport, PredictedBy, Remembered, carry_pixel, choose_carrier,
+    Carrier, Corner, PixelMemory, PixelPairing, PixelReport, Remembered, carry_pixel, choose_carrier,
 };

@@ -25,15 +25,16 @@ use crate::geometry::Camera;
 use crate::homography::{GroundMotion, Homography, HomographyEstimate, PredictedPoint};
 use nalgebra::{Matrix2, Vector2};
 
-/// What predicts where landmarks are seen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PredictedBy {
-    /// The homography that the floor induces, from the robot's step.
-    Floor,
-    /// The free homography of eight parameters: the paper's.
-    Free,
-    /// No homography is good enough: the map's prediction.
+/// What carries a landmark's corner from one picture to the next: as a setting, and as what was done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Carrier {
+    /// No homography: corners are associated in the map, on every target alike.
+    #[default]
     Map,
+    /// The homography that the floor induces, from the robot's step; as a setting, the free one where that fails.
+    Floor,
+    /// The free homography of eight parameters, the paper's.
+    Free,
 }
 
 /// A corner detected in the new picture.
@@ -84,14 +85,14 @@ pub fn choose_carrier<'a, T: Real>(
     floor: Option<&'a GroundMotion<T>>,
     free: Option<&'a HomographyEstimate<T>>,
     least: T,
-) -> (PredictedBy, Option<&'a Homography<T>>) {
+) -> (Carrier, Option<&'a Homography<T>>) {
     if let Some(motion) = floor.filter(|motion| motion.floor >= least) {
-        return (PredictedBy::Floor, Some(&motion.floor_homography));
+        return (Carrier::Floor, Some(&motion.floor_homography));
     }
     if let Some(estimate) = free.filter(|estimate| estimate.inliers >= least) {
-        return (PredictedBy::Free, Some(&estimate.homography));
+        return (Carrier::Free, Some(&estimate.homography));
     }
-    (PredictedBy::Map, None)
+    (Carrier::Map, None)
 }
 
 /// The pixel that a homography of rays carries a pixel to, with its covariance; `None` outside the lens model or
@@ -300,6 +301,6 @@ mod tests {
 
     #[test]
     fn without_a_homography_the_map_associates() {
-        assert_eq!(choose_carrier::<f64>(None, None, 10.0), (PredictedBy::Map, None));
+        assert_eq!(choose_carrier::<f64>(None, None, 10.0), (Carrier::Map, None));
     }
 }

@@ -35,6 +35,18 @@ pub enum NoFloor {
     OutsideLensModel,
 }
 
+impl core::fmt::Display for NoFloor {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::AboveHorizon => "the pixel looks at or above the horizon",
+            Self::OutsideImage => "the pixel is not in the picture, or the point is out of view",
+            Self::OutsideLensModel => "the lens model is not one to one there",
+        })
+    }
+}
+
+impl core::error::Error for NoFloor {}
+
 /// A floor point as range and bearing, with what its uncertainty follows from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sighting<T> {

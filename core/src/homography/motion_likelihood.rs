@@ -15,13 +15,6 @@ pub struct Membership<T> {
     pub upright: T,
 }
 
-impl<T: Real> Membership<T> {
-    /// Probability that the point stands still.
-    pub fn static_world(&self) -> T {
-        self.floor + self.upright
-    }
-}
-
 /// A match while its robot's step is sought: scratch memory before, the verdict after.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Track<T> {

@@ -72,6 +72,20 @@ pub struct Extractor<R, M, P> {
     extraction: Extraction,
 }
 
+#[cfg(feature = "alloc")]
+impl Extractor<alloc::vec::Vec<u16>, alloc::vec::Vec<u32>, alloc::vec::Vec<EdgePoint>> {
+    /// As [`new`](Self::new), in `Vec`s of the size that the camera's pictures need.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn on_heap(config: ExtractConfig, finder: RangeFinder<f32>) -> Result<Self> {
+        let (width, height) = (finder.camera().width(), finder.camera().height());
+        let words = alloc::vec![0; super::row_words(width, height)];
+        let points = alloc::vec![EdgePoint::default(); super::point_count(width, height)];
+        Self::new(config, finder, words, alloc::vec![0; super::mask_words(width)], points)
+    }
+}
+
 impl<R, M, P> Extractor<R, M, P>
 where
     R: AsRef<[u16]> + AsMut<[u16]>,

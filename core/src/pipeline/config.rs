@@ -1,4 +1,7 @@
-use super::{Carrier, MotionNoise};
+use super::MotionNoise;
+#[cfg(all(feature = "alloc", feature = "sift"))]
+use super::VisualConfig;
+use crate::association::Carrier;
 use crate::geometry::RangeFinder;
 use crate::lines::ExtractConfig;
 use crate::slam::{Covariance, FilterConfig, MapConfig, Variant, View};
@@ -25,6 +28,16 @@ pub enum MountError {
     Estimated,
 }
 
+/// Where the robot's motion comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MotionFrom {
+    /// Its odometry; together with the pictures where the floor carries corners ([`Carrier::Floor`]).
+    #[default]
+    Odometry,
+    /// The pictures; together with odometry where some is given.
+    Pictures,
+}
+
 /// Settings of the whole pipeline. Checked once, by [`Pipeline::new`](super::Pipeline::new).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Config {
@@ -43,12 +56,16 @@ pub struct Config {
     pub min_depression: f32,
     /// Which filter, and its gate. Its range finder and mount states are set from the fields above.
     pub filter: FilterConfig<f32>,
-    /// What carries corners from picture to picture where features are found (see
-    /// [`PixelAssociation`](super::PixelAssociation)); a pipeline without them associates in the map.
+    /// What carries corners from picture to picture. All but [`Carrier::Map`] need the features `alloc` and `sift`.
     pub carrier: Carrier,
+    /// Where the robot's motion comes from. [`MotionFrom::Pictures`] needs the features `alloc` and `sift`.
+    pub motion_from: MotionFrom,
+    /// How the motion follows from pictures, where they are asked.
+    #[cfg(all(feature = "alloc", feature = "sift"))]
+    pub visual: VisualConfig,
     /// Who is who, and what becomes of landmarks. Its view is set from the camera.
     pub map: MapConfig<f32>,
-    /// Of the wheels.
+    /// How well odometry tells the robot's motion.
     pub motion: MotionNoise,
     /// What counts as an edge, a line and a corner.
     pub extract: ExtractConfig,
@@ -66,6 +83,9 @@ impl Config {
             min_depression: 3_f32.to_radians(),
             filter: FilterConfig::default(),
             carrier: Carrier::default(),
+            motion_from: MotionFrom::default(),
+            #[cfg(all(feature = "alloc", feature = "sift"))]
+            visual: VisualConfig::default(),
             // In a corridor of 66 m by 2 m the extractor finds some 110 corners, and each picture shows half of those in view.
             map: MapConfig { density: 0.3, caution: 6.0, ..MapConfig::default() },
             motion: MotionNoise::default(),
@@ -97,6 +117,35 @@ impl Config {
         Ok(self)
     }
 
+    /// Whether this build has what the settings ask for.
+    ///
+    /// # Errors
+    /// As [`needs_no_features`](Self::needs_no_features), without the features `alloc` and `sift`.
+    pub fn supported(&self) -> Result<()> {
+        if cfg!(all(feature = "alloc", feature = "sift")) { Ok(()) } else { self.needs_no_features() }
+    }
+
+    /// Whether rows and odometry are all that the settings need: no picture is matched with another.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] for a carrier other than the map, and for a motion from pictures.
+    pub fn needs_no_features(&self) -> Result<()> {
+        let (name, reason) = match (self.motion_from, self.carrier) {
+            (MotionFrom::Odometry, Carrier::Map) => return Ok(()),
+            (MotionFrom::Odometry, _) => {
+                ("association.carrier", "pictures are not matched here, only \"map\" works")
+            }
+            (MotionFrom::Pictures, _) => ("motion_from", "pictures are not matched here, give odometry"),
+        };
+        Err(Error::Unsupported { name, reason })
+    }
+
+    /// Whether pictures are matched with one another: for the robot's motion, or to carry corners.
+    #[cfg(all(feature = "alloc", feature = "sift"))]
+    pub(super) fn asks_pictures(&self) -> bool {
+        self.needs_no_features().is_err()
+    }
+
     /// The settings with those that follow from others filled in, if every value is usable.
     ///
     /// # Errors
@@ -119,6 +168,8 @@ impl Config {
             }
         }
         self.motion = self.motion.validated()?;
+        #[cfg(all(feature = "alloc", feature = "sift"))]
+        self.visual.check()?;
         self.extract = self.extract.validated()?;
         self.filter.finder = Some(self.finder);
         self.filter.mount_std = match self.mount_error {
@@ -147,5 +198,26 @@ impl Config {
             far: self.max_range(),
             half_angle: bearing(0.0).min(bearing(width - 1.0)),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Camera, Mount};
+    use std::string::ToString;
+
+    #[test]
+    fn what_needs_features_is_refused_in_words_where_there_are_none() {
+        let camera = Camera::new(64, 48, [60.0; 2], [32.0, 24.0], 0.0, Default::default()).unwrap();
+        let finder = RangeFinder::new(camera, Mount::new([0.4, 0.2, 0.0, 0.0, 0.0, 0.0]).unwrap());
+        let config = Config::new(finder);
+        assert_eq!(config.needs_no_features(), Ok(()));
+        for carrier in [Carrier::Floor, Carrier::Free] {
+            let refused = Config { carrier, ..config }.needs_no_features().unwrap_err().to_string();
+            assert!(refused.contains("association.carrier") && refused.contains("\"map\""), "{refused}");
+        }
+        let refused = Config { motion_from: MotionFrom::Pictures, ..config }.needs_no_features();
+        assert!(refused.unwrap_err().to_string().contains("give odometry"));
     }
 }

@@ -3,26 +3,36 @@
 //! ```text
 //! odometry ──────────────► predict                                                     (8), (12)
 //! rows ──► extractor ──► corners ──► pixel, or range and bearing, with covariance      (1)–(7)
-//!                                      └► association ──► update, birth, upkeep        (9), (13)
+//!   │                                  └► association ──► update, birth, upkeep        (9), (13)
+//!   └► features ──► homography ──► the robot's step, and where known corners have gone (10), (11)
 //! ```
 //!
-//! [`Config`] is checked once; the state is the [`Pipeline`]'s filter and extractor; each picture gives a
+//! [`Config`] is checked once; [`Pipeline`] is the state, and obeys its configuration; each picture gives a
 //! [`Report`]. A picture comes whole ([`Pipeline::step`]) or row by row as a serial line delivers it
 //! ([`begin`](Pipeline::begin), [`push_row`](Pipeline::push_row), [`finish`](Pipeline::finish)): the same code, and
 //! the same bits on every target.
+//!
+//! The last line of the picture above is worked only where the configuration asks for it ([`Config::carrier`],
+//! [`Config::motion_from`]), and needs the features `alloc` and `sift`; without them such a configuration is refused.
 mod config;
+mod coverage;
 mod motion_noise;
+#[cfg(all(feature = "alloc", feature = "sift"))]
+mod pictures;
+#[cfg(all(feature = "alloc", feature = "sift"))]
 mod pixel_association;
 mod report;
+mod sightings;
 mod snapshot;
 mod storage;
 #[cfg(all(feature = "alloc", feature = "sift"))]
 mod visual_motion;
 
-pub use config::{Config, Model, MountError};
+pub use crate::association::Carrier;
+pub use config::{Config, Model, MotionFrom, MountError};
+pub use coverage::Coverage;
 pub use motion_noise::{MotionNoise, Odometry};
-pub use pixel_association::{Carrier, MAX_REMEMBERED, PixelAssociation};
-pub use report::{CornerReport, Report};
+pub use report::{CornerReport, MovedBy, Report, Stage};
 pub use snapshot::state_len;
 #[cfg(feature = "alloc")]
 pub use storage::OnHeap;
@@ -34,8 +44,12 @@ use crate::Result;
 use crate::geometry::{Pose, RangeFinder};
 use crate::image::Grey;
 use crate::lines::{Corner, EdgePoint, Extraction, Extractor, MAX_CORNERS};
-use crate::slam::{Feature, Filter, Health, Increment, Landmark, Map, MapReport, Measurement, Outcome};
-use nalgebra::{Matrix2, Matrix3, Vector3};
+use crate::slam::{Feature, Filter, Health, Increment, Landmark, Map, MapReport, Outcome};
+use coverage::Intervals;
+use nalgebra::{Matrix3, Vector3};
+#[cfg(all(feature = "alloc", feature = "sift"))]
+use pictures::Pictures;
+use sightings::{Sightings, alike};
 
 /// The whole pipeline over memory of the kind `S`.
 ///
@@ -65,6 +79,10 @@ pub struct Pipeline<S: Storage> {
     extractor: Extractor<S::Words, S::Masks, S::Points>,
     map: Map<f32, S::Numbers, S::Landmarks>,
     frame: u32,
+    intervals: Intervals,
+    /// What pictures tell beside their corners, where they are asked.
+    #[cfg(all(feature = "alloc", feature = "sift"))]
+    pictures: Option<alloc::boxed::Box<Pictures>>,
 }
 
 impl<S: Storage> Pipeline<S> {
@@ -72,14 +90,24 @@ impl<S: Storage> Pipeline<S> {
     ///
     /// # Errors
     /// [`Error::OutOfRange`](crate::Error::OutOfRange) for an unusable setting, [`Error::Size`](crate::Error::Size)
-    /// when `memory` is too small.
+    /// when `memory` is too small, [`Error::Unsupported`](crate::Error::Unsupported) where this build lacks what the
+    /// settings ask for.
     pub fn new(config: Config, memory: Memory<S>) -> Result<Self> {
         let config = config.validated()?;
+        config.supported()?;
         let Memory { words, masks, points, numbers, landmarks } = memory;
         let extractor = Extractor::new(config.extract, config.finder, words, masks, points)?;
         let filter = Filter::new(numbers, landmarks, Pose::default(), Matrix3::zeros(), config.filter)?;
         let map = Map::new(filter, config.map)?;
-        Ok(Self { config, extractor, map, frame: 0 })
+        Ok(Self {
+            #[cfg(all(feature = "alloc", feature = "sift"))]
+            pictures: Pictures::new(&config)?,
+            config,
+            extractor,
+            map,
+            frame: 0,
+            intervals: Intervals::default(),
+        })
     }
 
     /// The settings.
@@ -107,37 +135,40 @@ impl<S: Storage> Pipeline<S> {
         self.filter().finder().unwrap_or(self.config.finder)
     }
 
-    /// Moves the robot by one reading of its odometry, up to `time` in seconds.
+    /// Takes one reading of the robot's odometry, which holds for its seconds up to `time`. Any number may come
+    /// between two pictures, in order and cut at the pictures' times; what the intervals leave out or cover twice is in
+    /// the [`Report`].
+    ///
+    /// The robot moves at once, or with the next picture where that has its part in the motion.
     ///
     /// # Errors
     /// [`Error::TimeBackwards`](crate::Error::TimeBackwards);
     /// [`Error::OutOfRange`](crate::Error::OutOfRange) for a number that is not finite.
     pub fn odometry(&mut self, time: f64, odometry: &Odometry) -> Result<()> {
-        self.map.filter_mut().predict(time, &self.config.motion.increment(odometry))
+        self.moved(time, &self.config.motion.increment(odometry))?;
+        self.intervals.reading(time, odometry.seconds().into());
+        Ok(())
     }
 
-    /// Moves the robot by a step with its covariance, up to `time` in seconds: from other sensors, or from the
-    /// pictures themselves.
+    /// Takes a step of the robot with its covariance, from the time of the reading before up to `time` in seconds, as
+    /// other sensors measure it. It stands for [`odometry`](Self::odometry).
     ///
     /// # Errors
     /// As [`odometry`](Self::odometry).
     pub fn motion(&mut self, time: f64, increment: &Increment<f32>) -> Result<()> {
-        self.map.filter_mut().predict(time, increment)
+        self.moved(time, increment)?;
+        self.intervals.step(time);
+        Ok(())
     }
 
-    /// As [`motion`](Self::motion), of a step that the camera itself measured: the mount's errors, which are states of the
-    /// filter, are shared by all such steps; and where the wheels measured it too, what they differ by corrects the mount.
-    ///
-    /// # Errors
-    /// As [`odometry`](Self::odometry).
-    #[cfg(all(feature = "alloc", feature = "sift"))]
-    pub fn motion_seen(&mut self, time: f64, step: &VisualStep) -> Result<()> {
-        let filter = self.map.filter_mut();
-        filter.predict_seen(time, &step.increment, &step.by_mount)?;
-        if let Some(by) = &step.disagreement {
-            filter.update_mount(&by.arc, &by.covariance, &by.by_mount)?;
+    /// Moves the robot, or keeps the step for the picture that has its part in it.
+    fn moved(&mut self, time: f64, step: &Increment<f32>) -> Result<()> {
+        #[cfg(all(feature = "alloc", feature = "sift"))]
+        if let Some(pictures) = &mut self.pictures {
+            let filter = self.map.filter_mut();
+            return pictures.take_step(filter, time, step);
         }
-        Ok(())
+        self.map.filter_mut().predict(time, step)
     }
 
     /// Takes a whole picture, as of `time` in seconds.
@@ -145,16 +176,36 @@ impl<S: Storage> Pipeline<S> {
     /// # Errors
     /// As [`push_row`](Self::push_row) and [`finish`](Self::finish).
     pub fn step(&mut self, time: f64, picture: Grey<'_>) -> Result<Report> {
+        self.step_timed(time, picture, |_| ())
+    }
+
+    /// As [`step`](Self::step); `ended` is called at the end of each stage, for a clock.
+    ///
+    /// # Errors
+    /// As [`step`](Self::step).
+    pub fn step_timed(
+        &mut self,
+        time: f64,
+        picture: Grey<'_>,
+        mut ended: impl FnMut(Stage),
+    ) -> Result<Report> {
+        self.push_rows(picture)?;
+        ended(Stage::Rows);
+        self.finish_timed(time, ended)
+    }
+
+    fn push_rows(&mut self, picture: Grey<'_>) -> Result<()> {
         self.begin();
-        for row in picture.rows() {
-            self.push_row(row)?;
-        }
-        self.finish(time)
+        picture.rows().try_for_each(|row| self.push_row(row))
     }
 
     /// Begins a picture; one that was not finished is forgotten.
     pub fn begin(&mut self) {
         self.extractor.begin();
+        #[cfg(all(feature = "alloc", feature = "sift"))]
+        if let Some(pictures) = &mut self.pictures {
+            pictures.begin();
+        }
     }
 
     /// Takes the next row of the picture.
@@ -162,18 +213,39 @@ impl<S: Storage> Pipeline<S> {
     /// # Errors
     /// [`Error::Size`](crate::Error::Size) for a row of another width or one too many.
     pub fn push_row(&mut self, pixels: &[u8]) -> Result<()> {
-        self.extractor.push_row(pixels)
+        self.extractor.push_row(pixels)?;
+        #[cfg(all(feature = "alloc", feature = "sift"))]
+        if let Some(pictures) = &mut self.pictures {
+            pictures.push_row(pixels);
+        }
+        Ok(())
     }
 
-    /// Ends the picture: its corners correct pose and map.
+    /// Ends the picture: it moves the robot where it has its part in that, and its corners correct pose and map.
     ///
     /// # Errors
     /// [`Error::Size`](crate::Error::Size) when rows are missing,
     /// [`Error::TimeBackwards`](crate::Error::TimeBackwards).
     pub fn finish(&mut self, time: f64) -> Result<Report> {
+        self.finish_timed(time, |_| ())
+    }
+
+    /// As [`finish`](Self::finish); `ended` is called at the end of each stage but the rows', for a clock.
+    ///
+    /// # Errors
+    /// As [`finish`](Self::finish).
+    pub fn finish_timed(&mut self, time: f64, mut ended: impl FnMut(Stage)) -> Result<Report> {
         let extraction = self.extractor.finish()?;
         let (corners, truncations) = (extraction.corners.clone(), extraction.truncations);
+        ended(Stage::Corners);
+        #[cfg(all(feature = "alloc", feature = "sift"))]
+        if self.pictures.is_some() {
+            let report = self.finish_seeing(time, &corners, None, ended)?;
+            return Ok(Report { truncations, ..report });
+        }
+        ended(Stage::Motion);
         let report = self.observe(time, &corners)?;
+        ended(Stage::Filter);
         Ok(Report { truncations, ..report })
     }
 
@@ -207,22 +279,12 @@ impl<S: Storage> Pipeline<S> {
         Ok(self.report(time, seen, map))
     }
 
-    /// The corners that have a range worth the name, as the filter takes them.
-    fn sightings(&self, corners: &[Corner]) -> Sightings {
-        let finder = self.finder();
-        let mut seen = Sightings::default();
-        for corner in corners {
-            let used = self.sight(&finder, corner).and_then(|(report, feature)| {
-                seen.corners.push(report).ok()?;
-                seen.features.push(feature).ok()
-            });
-            seen.without_range += u32::from(used.is_none());
-        }
-        seen
-    }
-
-    /// Lets time pass without a motion.
+    /// Lets time pass without a motion beyond the steps that wait.
     fn stand_until(&mut self, time: f64) -> Result<()> {
+        #[cfg(all(feature = "alloc", feature = "sift"))]
+        if let Some((until, step)) = self.pictures.as_deref_mut().and_then(Pictures::take_waiting) {
+            self.map.filter_mut().predict(until, &step)?;
+        }
         if time <= self.filter().time() {
             return Ok(());
         }
@@ -234,6 +296,7 @@ impl<S: Storage> Pipeline<S> {
     fn report(&mut self, time: f64, seen: Sightings, map: MapReport) -> Report {
         let Sightings { corners, without_range, .. } = seen;
         self.frame += 1;
+        let moved_by = if self.intervals.moved() { MovedBy::Odometry } else { MovedBy::Nothing };
         Report {
             frame: self.frame - 1,
             time,
@@ -241,6 +304,9 @@ impl<S: Storage> Pipeline<S> {
             pose_covariance: self.filter().pose_covariance(),
             corners,
             without_range,
+            moved_by,
+            carried_by: Carrier::Map,
+            odometry: self.intervals.picture(time),
             map,
             truncations: Default::default(),
         }
@@ -264,58 +330,4 @@ impl<S: Storage> Pipeline<S> {
         };
         self.map.observe(features, looks_alike, outcomes)
     }
-
-    /// A corner as the filter takes it, or `None` where it has no range worth the name.
-    fn sight(&self, finder: &RangeFinder<f32>, corner: &Corner) -> Option<(CornerReport, Feature<f32>)> {
-        let (pixel, floor) = (corner.pixel, self.config.corner_std_floor_px);
-        let covariance = corner.covariance + Matrix2::identity() * (floor * floor);
-        let sighting = finder.sight(pixel).ok()?;
-        if sighting.range > self.config.max_range() {
-            return None;
-        }
-        let measurement = match self.config.model {
-            Model::Pixel => Measurement::Pixel { pixel, covariance },
-            Model::RangeBearing => Measurement::from_floor_pixel(finder, pixel, &covariance)?,
-        };
-        let report = CornerReport {
-            pixel,
-            pixel_covariance: covariance,
-            range: sighting.range,
-            bearing: sighting.bearing,
-            covariance: sighting.noise(&covariance),
-            outcome: Outcome::default(),
-        };
-        Some((
-            report,
-            Feature { pixel: Some(pixel), descriptor: Some(looks(corner)), ..Feature::new(measurement) },
-        ))
-    }
-}
-
-/// A picture's corners as reported and as the map takes them, one to one.
-#[derive(Default)]
-struct Sightings {
-    corners: heapless::Vec<CornerReport, MAX_CORNERS>,
-    features: heapless::Vec<Feature<f32>, MAX_CORNERS>,
-    without_range: u32,
-}
-
-impl Sightings {
-    /// Whether a feature may be of a landmark by its looks.
-    fn looks_alike(&self, index: usize, landmark: &Landmark<f32>) -> bool {
-        self.features.get(index).is_some_and(|feature| alike(feature, landmark))
-    }
-}
-
-/// Whether a measurement may be of a landmark by its looks; a laser's has none.
-fn alike(feature: &Feature<f32>, landmark: &Landmark<f32>) -> bool {
-    match (feature.descriptor, landmark.descriptor) {
-        (Some(seen), Some(known)) => seen == known,
-        _ => true,
-    }
-}
-
-/// What a corner looks like from anywhere: which side of the vertical edge and of the floor's edge is brighter.
-fn looks(corner: &Corner) -> u32 {
-    u32::from(corner.brighter_right) | u32::from(corner.brighter_below) << 1
 }

@@ -1,3 +1,4 @@
+//! The wheels' readings, and how far they can be believed.
 use crate::slam::{Increment, Integration};
 use crate::{Error, Result};
 use nalgebra::{Matrix2, Matrix3, Vector3};
@@ -131,4 +132,13 @@ pub enum Odometry {
         /// Since the reading before.
         seconds: f32,
     },
+}
+
+impl Odometry {
+    /// How long it held.
+    pub fn seconds(&self) -> f32 {
+        match *self {
+            Self::Velocity { seconds, .. } | Self::Increment { seconds, .. } => seconds,
+        }
+    }
 }

@@ -13,35 +13,23 @@
 //!
 //! Which homography ([`Carrier`]): in a corridor the free one is mostly a wall's, and misses half of the corners; the
 //! floor's misses 0.5 % (`cargo run -p monorange-tests --example dynamic_corridor -- 5 100`).
-use super::{CornerReport, Pipeline, Report, Storage};
+use super::{CornerReport, Pipeline, Report, Storage, VisualStep};
 use crate::Result;
 use crate::association::{
-    CHI2_99, Corner, PixelMemory, PixelPairing, PredictedBy, Remembered, carry_pixel, choose_carrier,
+    CHI2_99, Carrier, Corner, PixelMemory, PixelPairing, Remembered, carry_pixel, choose_carrier,
     normalised_square,
 };
 use crate::geometry::Camera;
-use crate::homography::{GroundMotion, Homography, HomographyEstimate, PredictedPoint};
-use crate::lines::MAX_CORNERS;
+use crate::homography::{Homography, PredictedPoint};
+use crate::lines::{self, MAX_CORNERS};
 use crate::slam::{Decision, Feature, Hint, Landmark, Outcome};
 
-/// What carries a corner from one picture to the next.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Carrier {
-    /// Nothing: corners are associated in the map, on every target alike.
-    #[default]
-    Map,
-    /// The homography that the floor induces, from the robot's step; where that fails, the free one.
-    Floor,
-    /// The free homography of eight parameters, the paper's.
-    Free,
-}
-
 /// Corners that are remembered at most.
-pub const MAX_REMEMBERED: usize = 512;
+const MAX_REMEMBERED: usize = 512;
 
 /// The landmarks' corners in the keyframe, and the homography from there to the picture at hand.
 #[derive(Clone, Debug)]
-pub struct PixelAssociation {
+pub(super) struct PixelAssociation {
     carrier: Carrier,
     /// Matches that a homography needs to be trusted.
     least: f32,
@@ -51,7 +39,7 @@ pub struct PixelAssociation {
     refusal: f32,
     memory: PixelMemory<f32, MAX_REMEMBERED>,
     homography: Option<Homography<f32>>,
-    used: PredictedBy,
+    used: Carrier,
     /// Whether the picture at hand becomes the keyframe.
     new_keyframe: bool,
 }
@@ -69,7 +57,7 @@ enum Verdict {
 
 impl PixelAssociation {
     /// A memory of nothing.
-    pub fn new(carrier: Carrier) -> Self {
+    pub(super) fn new(carrier: Carrier) -> Self {
         Self {
             carrier,
             least: 12.0,
@@ -77,31 +65,22 @@ impl PixelAssociation {
             refusal: 40.0,
             memory: PixelMemory::new(),
             homography: None,
-            used: PredictedBy::Map,
+            used: Carrier::Map,
             new_keyframe: true,
         }
     }
 
-    /// What predicts the corners of the picture at hand.
-    pub fn predicted_by(&self) -> PredictedBy {
-        self.used
-    }
-
-    /// Takes what matches with the keyframe gave for the picture at hand, before the pipeline finishes it: the
-    /// robot's step over the floor, the free homography of **rays**, and whether the picture becomes the keyframe.
-    pub fn look(
-        &mut self,
-        floor: Option<&GroundMotion<f32>>,
-        free: Option<&HomographyEstimate<f32>>,
-        new_keyframe: bool,
-    ) {
+    /// Takes what matches with the keyframe gave for the picture at hand; `None` for the first, which is the keyframe.
+    pub(super) fn look(&mut self, step: Option<&VisualStep>) {
+        let floor = step.and_then(|step| step.motion.as_ref().ok());
+        let free = step.and_then(|step| step.free.as_ref());
         let (used, homography) = match self.carrier {
-            Carrier::Map => (PredictedBy::Map, None),
+            Carrier::Map => (Carrier::Map, None),
             Carrier::Floor => choose_carrier(floor, free, self.least),
             Carrier::Free => choose_carrier(None, free, self.least),
         };
         (self.used, self.homography) = (used, homography.copied());
-        self.new_keyframe = new_keyframe;
+        self.new_keyframe = step.is_none_or(|step| step.new_keyframe);
     }
 
     /// What the homography says of each corner.
@@ -168,17 +147,13 @@ impl PixelAssociation {
 }
 
 impl<S: Storage> Pipeline<S> {
-    /// As [`finish`](Self::finish), with the help of pixels, which have [looked](PixelAssociation::look) at the
-    /// picture's motion.
-    ///
-    /// # Errors
-    /// As [`finish`](Self::finish).
-    pub fn finish_with(&mut self, time: f64, pixels: &mut PixelAssociation) -> Result<Report> {
-        let extraction = self.extractor.finish()?;
-        let (corners, truncations) = (extraction.corners.clone(), extraction.truncations);
-        let mut seen = self.sightings(&corners);
+    /// As [`observe`](Self::observe), with the help of pixels, which have looked at the picture's motion.
+    pub(super) fn observe_carried(&mut self, time: f64, corners: &[lines::Corner]) -> Result<Report> {
+        let mut seen = self.sightings(corners);
         self.stand_until(time)?;
         let camera = *self.finder().camera();
+        let Some(pictures) = self.pictures.as_deref_mut() else { return self.observe(time, corners) };
+        let pixels = pictures.pixels();
         let mut verdicts = [Verdict::Unknown; MAX_CORNERS];
         pixels.verdicts(&camera, &seen.corners, &mut verdicts);
         // The map sees those that are not refused, each with the name that pixels give it.
@@ -213,7 +188,7 @@ impl<S: Storage> Pipeline<S> {
         }
         let filter = self.map.filter();
         pixels.learn(&camera, &seen.corners, |id| filter.landmark(id).is_some());
-        let report = self.report(time, seen, map);
-        Ok(Report { truncations, ..report })
+        let carried_by = pixels.used;
+        Ok(Report { carried_by, ..self.report(time, seen, map) })
     }
 }

@@ -1,4 +1,5 @@
 //! A pipeline's state as bytes, and its memory back.
+use super::coverage::Intervals;
 use super::{Memory, Pipeline, Storage};
 use crate::slam::{Landmark, MAP_BYTES, Map, snapshot_len};
 use crate::{Error, Result};
@@ -50,11 +51,13 @@ impl<S: Storage> Pipeline<S> {
         let (own, rest) = split(bytes.get(..length).unwrap_or_default())?;
         self.map.restore(rest)?;
         self.frame = u32::from_le_bytes(*own);
+        self.begin_anew();
         Ok(())
     }
 
     /// Takes pose and map written by [`save`](Self::save) in place of its own. A pipeline with the same configuration
-    /// that is given the same pictures from there on gives the same reports, bit by bit.
+    /// that is given the same pictures from there on gives the same reports, bit by bit; where corners are carried or
+    /// pictures move the robot, the next picture is a keyframe as the first one is.
     ///
     /// # Errors
     /// [`Error::Size`] or [`Error::OutOfRange`] when it cannot be a state of this pipeline; nothing is changed then.
@@ -62,7 +65,15 @@ impl<S: Storage> Pipeline<S> {
         let (own, rest) = split(bytes)?;
         self.map.restore(rest)?;
         self.frame = u32::from_le_bytes(*own);
+        self.begin_anew();
         Ok(())
+    }
+
+    /// Forgets what belongs to the place before.
+    fn begin_anew(&mut self) {
+        self.intervals = Intervals::default();
+        #[cfg(all(feature = "alloc", feature = "sift"))]
+        self.forget_pictures();
     }
 }
 

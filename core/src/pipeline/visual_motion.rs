@@ -38,8 +38,6 @@ pub struct VisualConfig {
     /// height, and 3.8 times with one every height; the path's 0.8 to 1.3 times (`visual_odometry corridor default=
     /// keyframe=0.25 keyframe=1` of the tests' examples, "since keyframe").
     pub covariance_factor: f32,
-    /// Whether the free homography is estimated even where the floor's is found.
-    pub free: bool,
 }
 
 impl Default for VisualConfig {
@@ -55,7 +53,6 @@ impl Default for VisualConfig {
             matching: MatchConfig::default(),
             keypoint_std_px: 0.3,
             covariance_factor: 6.0,
-            free: false,
         }
     }
 }
@@ -75,7 +72,7 @@ pub struct VisualStep {
     pub matches: usize,
     /// The motion since the keyframe, or why the pictures give none.
     pub motion: core::result::Result<GroundMotion<f32>, NoMotion>,
-    /// The free homography of rays, keyframe to this picture, where it is asked for and there is one.
+    /// The free homography of rays, keyframe to this picture, where it is wanted and there is one.
     pub free: Option<HomographyEstimate<f32>>,
     /// Whether this picture is the keyframe from here on.
     pub new_keyframe: bool,
@@ -89,6 +86,27 @@ pub struct VisualMotion {
     odometry: VisualOdometry<f32>,
     keyframe: Option<Features>,
     last_time: f64,
+    /// Whether the free homography is estimated even where the floor's is found.
+    free_wanted: bool,
+}
+
+impl VisualConfig {
+    /// Whether motion can follow with these settings.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] with the name of the first value that cannot be used.
+    pub fn check(&self) -> Result<()> {
+        let positive = [
+            ("visual.keypoint_std_px", self.keypoint_std_px),
+            ("visual.covariance_factor", self.covariance_factor),
+        ];
+        for (name, number) in positive {
+            if !(number.is_finite() && number > 0.0) {
+                return Err(Error::OutOfRange { name, value: number.into(), expected: "finite and above 0" });
+            }
+        }
+        Ok(())
+    }
 }
 
 impl VisualMotion {
@@ -97,18 +115,25 @@ impl VisualMotion {
     /// # Errors
     /// [`Error::OutOfRange`] for an unusable setting.
     pub fn new(config: VisualConfig) -> Result<Self> {
-        let std = config.keypoint_std_px;
-        if !(std.is_finite() && std > 0.0) {
-            let expected = "a finite number above 0";
-            return Err(Error::OutOfRange { name: "visual.keypoint_std_px", value: std.into(), expected });
-        }
+        config.check()?;
         Ok(Self {
             config,
             detector: Detector::new(config.features)?,
             odometry: VisualOdometry::new(),
             keyframe: None,
             last_time: 0.0,
+            free_wanted: false,
         })
+    }
+
+    /// The same, with the free homography estimated in every picture.
+    pub(super) fn with_free_homography(self) -> Self {
+        Self { free_wanted: true, ..self }
+    }
+
+    /// A picture's keypoints, as [`follow`](Self::follow) takes them.
+    pub(super) fn detect(&mut self, picture: Grey<'_>) -> Result<Features> {
+        self.detector.detect(picture)
     }
 
     /// The step from the last picture to this one, taken at `time` seconds; `None` at the first.
@@ -170,7 +195,7 @@ impl VisualMotion {
             wheels.as_ref(),
             &mut tracks,
         );
-        let wanted = self.config.free || report.motion.is_err();
+        let wanted = self.free_wanted || report.motion.is_err();
         let free = if wanted { free_homography(finder.camera(), &matches) } else { None };
         if report.new_keyframe {
             self.keyframe = Some(seen);

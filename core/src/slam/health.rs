@@ -10,8 +10,10 @@ use crate::slam::filter::{Decision, Outcome};
 /// What a user can act on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Verdict {
-    /// Errors are of the size the covariance says.
+    /// No landmark was measured twice: nothing speaks for or against the motion.
     #[default]
+    Unchecked,
+    /// Errors are of the size the covariance says.
     Consistent,
     /// Errors are larger than the covariance says: raise the sensor's or the odometry's noise.
     OverConfident,
@@ -20,9 +22,13 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// The words for it in a report.
+    /// Every verdict.
+    pub const ALL: [Self; 4] = [Self::Unchecked, Self::Consistent, Self::OverConfident, Self::Diverging];
+
+    /// The word for it.
     pub const fn as_str(self) -> &'static str {
         match self {
+            Self::Unchecked => "unchecked",
             Self::Consistent => "consistent",
             Self::OverConfident => "over-confident",
             Self::Diverging => "diverging",
@@ -96,7 +102,9 @@ impl<T: Real> Health<T> {
 
     /// The verdict.
     pub fn verdict(&self) -> Verdict {
-        if self.beyond_gate_in_a_row >= RUN {
+        if self.measurements == 0 {
+            Verdict::Unchecked
+        } else if self.beyond_gate_in_a_row >= RUN {
             Verdict::Diverging
         } else if self.measurements as usize >= WINDOW && self.mean_nis() > T::lit(1.5) {
             Verdict::OverConfident
@@ -118,6 +126,19 @@ mod tests {
             health.note(&Outcome { decision, nis: Some(nis), dof: 2, ..Outcome::default() }, 9.21);
         }
         health.verdict()
+    }
+
+    #[test]
+    fn nothing_measured_is_unchecked() {
+        assert_eq!(Health::<f32>::default().verdict(), Verdict::Unchecked);
+        let mut health = Health::default();
+        health.note(&Outcome { decision: Decision::Birth, ..Outcome::default() }, 9.21);
+        assert_eq!(health.verdict(), Verdict::Unchecked);
+        health.note(
+            &Outcome { decision: Decision::Update, nis: Some(1.0), dof: 2, ..Outcome::default() },
+            9.21,
+        );
+        assert_eq!(health.verdict(), Verdict::Consistent);
     }
 
     #[test]

@@ -64,8 +64,6 @@ pub struct Landmark<T> {
     pub last_frame: u32,
     /// Where it was seen last, for association in pixels.
     pub last_pixel: Option<Vector2<T>>,
-    /// The caller's index of a keyframe.
-    pub keyframe: Option<u32>,
     /// The caller's index of a descriptor.
     pub descriptor: Option<u32>,
 }

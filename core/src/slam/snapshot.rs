@@ -8,7 +8,7 @@
 //! | 4 | format, variant, how the covariance is kept, whether the mount is estimated |
 //! | 4 | landmarks, states n |
 //! | 8 + 12 | time, first-estimate pose |
-//! | 56 a landmark | its record |
+//! | 52 a landmark | its record |
 //! | 4 · (3n + n(n+1)/2) | state, its rounding errors, first estimates, upper triangle row by row |
 use crate::slam::covariance::triangle::packed_len;
 use crate::slam::filter::{Covariance, Filter, Variant};
@@ -18,9 +18,9 @@ use crate::slam::map::Map;
 use crate::{Error, Result};
 use nalgebra::Vector2;
 
-const FORMAT: u8 = 1;
+const FORMAT: u8 = 2;
 const HEADER: usize = 28;
-const RECORD: usize = 56;
+const RECORD: usize = 52;
 /// What a map's state takes beyond its filter's.
 pub const MAP_BYTES: usize = 8;
 
@@ -28,7 +28,7 @@ pub const MAP_BYTES: usize = 8;
 ///
 /// ```
 /// use monorange_core::slam::{snapshot_len, states_for};
-/// assert_eq!(snapshot_len(states_for(32, true), 32), 12_896);
+/// assert_eq!(snapshot_len(states_for(32, true), 32), 12_768);
 /// ```
 pub const fn snapshot_len(states: usize, landmarks: usize) -> usize {
     HEADER + RECORD * landmarks + 4 * (3 * states + packed_len(states))
@@ -233,7 +233,6 @@ fn put_landmark(out: &mut Out<'_>, landmark: &Landmark<f32>) {
         last_time,
         last_frame,
         last_pixel,
-        keyframe,
         descriptor,
     } = *landmark;
     out.put(id.to_le_bytes());
@@ -242,7 +241,6 @@ fn put_landmark(out: &mut Out<'_>, landmark: &Landmark<f32>) {
         form == Form::InverseDistance,
         status == Status::Confirmed,
         last_pixel.is_some(),
-        keyframe.is_some(),
         descriptor.is_some(),
         in_view,
     ];
@@ -253,7 +251,7 @@ fn put_landmark(out: &mut Out<'_>, landmark: &Landmark<f32>) {
     out.put(last_frame.to_le_bytes());
     let pixel = last_pixel.unwrap_or_default();
     [pixel.x, pixel.y].into_iter().for_each(|value| out.put(value.to_le_bytes()));
-    [keyframe, descriptor].into_iter().for_each(|index| out.put(index.unwrap_or_default().to_le_bytes()));
+    out.put(descriptor.unwrap_or_default().to_le_bytes());
 }
 
 fn take_landmark(input: &mut In<'_>) -> Option<Landmark<f32>> {
@@ -268,8 +266,7 @@ fn take_landmark(input: &mut In<'_>) -> Option<Landmark<f32>> {
     let last_frame = u32::from_le_bytes(input.take()?);
     let mut number = || input.take().map(f32::from_le_bytes).filter(|number| number.is_finite());
     let pixel = Vector2::new(number()?, number()?);
-    let mut index = || Some(u32::from_le_bytes(input.take()?));
-    let (keyframe, descriptor) = (index()?, index()?);
+    let descriptor = u32::from_le_bytes(input.take()?);
     Some(Landmark {
         id,
         offset,
@@ -278,13 +275,12 @@ fn take_landmark(input: &mut In<'_>) -> Option<Landmark<f32>> {
         seen,
         expected,
         missed,
-        in_view: has(5),
+        in_view: has(4),
         first_time,
         last_time,
         last_frame,
         last_pixel: has(2).then_some(pixel),
-        keyframe: has(3).then_some(keyframe),
-        descriptor: has(4).then_some(descriptor),
+        descriptor: has(3).then_some(descriptor),
     })
 }
 

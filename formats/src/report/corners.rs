@@ -5,6 +5,7 @@ use crate::{
     files::{Rig, Stamped},
 };
 use monorange_core::pipeline::CornerReport;
+use monorange_core::slam::Verdict;
 use nalgebra::Vector2;
 
 /// The stages of a frame, in their order.
@@ -34,7 +35,7 @@ impl Run {
             no_room: 0,
             unmeasured: None,
             carried: None,
-            verdict: "unchecked",
+            verdict: Verdict::Unchecked,
             mean_nis: 1.0,
             stages: STAGES.map(|name| Stage { name, times_ms: Vec::new() }).into(),
             shots: Vec::new(),
@@ -75,13 +76,13 @@ impl Observation {
             range: Some(corner.range),
             bearing: Some(corner.bearing),
             landmark: corner.outcome.landmark,
-            decision: corner.outcome.decision.as_str(),
+            decision: corner.outcome.decision,
             nis: corner.outcome.nis,
         }
     }
 
     /// Whether the filter took it for a landmark that it knew.
     pub fn is_matched(&self) -> bool {
-        matches!(self.decision, "update" | "tentative")
+        self.decision.is_update()
     }
 }

@@ -28,7 +28,8 @@ use crate::{
     evaluation::{MapErrors, Pair, TrajectoryErrors},
     files::{MapPoint, Stamped},
 };
-use monorange_core::association::PredictedBy;
+use monorange_core::pipeline::Carrier;
+use monorange_core::slam::{Decision, Verdict};
 use nalgebra::{Matrix2, Vector2};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -50,8 +51,8 @@ pub struct Observation {
     pub bearing: Option<f32>,
     /// Which landmark.
     pub landmark: Option<u32>,
-    /// `update`, `birth`, `gated`, `tentative` or `rejected`.
-    pub decision: &'static str,
+    /// What the filter did with it.
+    pub decision: Decision,
     /// Normalised innovation squared.
     pub nis: Option<f32>,
 }
@@ -105,8 +106,8 @@ pub struct Run {
     pub unmeasured: Option<usize>,
     /// Who predicted the corners' pixels, where a homography was to carry them.
     pub carried: Option<Carried>,
-    /// The filter's own verdict, or `unchecked` where no corner was matched.
-    pub verdict: &'static str,
+    /// The filter's own verdict.
+    pub verdict: Verdict,
     /// Mean normalised innovation squared a degree of freedom, over the last measurements; 1 is right.
     pub mean_nis: f32,
     /// Stages in order.
@@ -130,11 +131,11 @@ pub struct Carried {
 
 impl Carried {
     /// Counts a picture.
-    pub fn count(&mut self, by: PredictedBy) {
+    pub fn count(&mut self, by: Carrier) {
         match by {
-            PredictedBy::Floor => self.floor += 1,
-            PredictedBy::Free => self.free += 1,
-            PredictedBy::Map => self.map += 1,
+            Carrier::Floor => self.floor += 1,
+            Carrier::Free => self.free += 1,
+            Carrier::Map => self.map += 1,
         }
     }
 }
@@ -207,9 +208,14 @@ impl Run {
     pub fn decisions(&self) -> BTreeMap<&'static str, usize> {
         let mut counts = BTreeMap::new();
         for observation in &self.observations {
-            *counts.entry(observation.decision).or_default() += 1;
+            *counts.entry(observation.decision.as_str()).or_default() += 1;
         }
         counts
+    }
+
+    /// How many measurements met one of these decisions.
+    pub fn count(&self, decisions: &[Decision]) -> usize {
+        self.observations.iter().filter(|seen| decisions.contains(&seen.decision)).count()
     }
 
     /// What `report.json` holds.
@@ -236,7 +242,7 @@ impl Run {
             visual_steps_not_measured: self.unmeasured,
             corners_carried_by: self.carried,
             decisions: self.decisions(),
-            verdict: self.verdict,
+            verdict: self.verdict.as_str(),
             mean_nis_per_dof: self.mean_nis,
             errors: &self.errors,
             map_errors: &self.map_errors,

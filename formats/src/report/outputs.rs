@@ -41,6 +41,7 @@ fn write_observations(out: &mut dyn Write, observations: &[Observation]) -> io::
     let cell = |value: Option<f32>| value.map_or(String::new(), |value| value.to_string());
     observations.iter().try_for_each(|seen| {
         let Observation { time, frame, pixel, range, bearing, landmark, decision, nis, .. } = seen;
+        let decision = decision.as_str();
         let landmark = landmark.map_or(String::new(), |id| id.to_string());
         let [u, v] = [0, 1].map(|axis| cell(pixel.map(|pixel| pixel[axis])));
         let [range, bearing, nis] = [*range, *bearing, *nis].map(cell);

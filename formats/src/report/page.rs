@@ -1,6 +1,7 @@
 //! The page's words and order.
 use super::{Carried, Run, Subject, floor_plan, plots, svg::escape};
 use base64::{Engine, engine::general_purpose::STANDARD};
+use monorange_core::slam::{Decision, Verdict};
 use std::fmt::Write as _;
 
 /// The whole page.
@@ -33,28 +34,26 @@ fn header(run: &Run) -> String {
     let mut html =
         format!("<p class=\"brand\">monorange · {}</p><h1>{}</h1>", escape(&run.title), headline(run));
     let class = match run.verdict {
-        "consistent" => "",
-        "unchecked" | "over-confident" => "warn",
-        _ => "bad",
+        Verdict::Consistent => "",
+        Verdict::Unchecked | Verdict::OverConfident => "warn",
+        Verdict::Diverging => "bad",
     };
     let advice = run.subject.advice(run.verdict);
     let innovation = match run.verdict {
-        "unchecked" => String::new(),
+        Verdict::Unchecked => String::new(),
         _ => format!(" · mean innovation {:.2} a degree of freedom (1 is right)", run.mean_nis),
     };
     let _ = write!(
         html,
         "<p class=\"lead\"><span class=\"verdict {class}\">{}</span>{innovation}. {advice}</p>",
-        capital(run.verdict)
+        capital(run.verdict.as_str())
     );
     for sentence in remarks(run) {
         let _ = write!(html, "<p class=\"lead\">{sentence}</p>");
     }
     html += "<dl class=\"figures\">";
-    let decisions = run.decisions();
-    let count = |decision: &str| decisions.get(decision).copied().unwrap_or_default();
-    let matched = count("update") + count("tentative");
-    let refused = count("gated") + count("rejected");
+    let matched = run.count(&[Decision::Update, Decision::Tentative]);
+    let refused = run.count(&[Decision::Gated, Decision::Rejected]);
     let [x, y, heading] = run.end_std();
     let mut figures = vec![
         ("Path", format!("{:.1} m", run.path()), format!("in {:.0} s", run.seconds())),

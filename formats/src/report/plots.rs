@@ -59,8 +59,7 @@ pub(super) fn pose(run: &Run) -> String {
 pub(super) fn innovations(run: &Run) -> String {
     let start = run.start();
     let with_nis = run.observations.iter().filter_map(|seen| Some((seen, f64::from(seen.nis?))));
-    let (used, refused): (Vec<_>, Vec<_>) =
-        with_nis.partition(|(seen, _)| matches!(seen.decision, "update" | "tentative"));
+    let (used, refused): (Vec<_>, Vec<_>) = with_nis.partition(|(seen, _)| seen.is_matched());
     let place = |seen: &(&super::Observation, f64)| [seen.0.time - start, seen.1.min(NIS_TOP)];
     let refused: Vec<_> = refused.iter().map(place).collect();
     let mean: Vec<_> = used

@@ -6,6 +6,7 @@ use crate::{
     files::Rig,
 };
 use monorange_core::lines::Extraction;
+use monorange_core::slam::Decision;
 use nalgebra::Vector2;
 
 /// A frame chosen for the report.
@@ -53,10 +54,10 @@ fn marks(seen: &[Observation]) -> Vec<Mark> {
     seen.sort_by(|(_, _, a), (_, _, b)| a.total_cmp(b));
     let mark = |(seen, pixel, range): (&Observation, Vector2<f32>, f32)| {
         let (colour, shape) = match seen.decision {
-            "update" => (ORANGE, Shape::Dot),
-            "tentative" => (SKY, Shape::Dot),
-            "birth" => (GREEN, Shape::Plus),
-            _ => (VERMILLION, Shape::Cross),
+            Decision::Update => (ORANGE, Shape::Dot),
+            Decision::Tentative => (SKY, Shape::Dot),
+            Decision::Birth => (GREEN, Shape::Plus),
+            Decision::Gated | Decision::Rejected => (VERMILLION, Shape::Cross),
         };
         let range = format!("{range:.2} m");
         let named = seen.landmark.map(|id| format!("#{id} {range}"));

@@ -1,3 +1,6 @@
+//! What a run's filter was given, and the report's words for it.
+use monorange_core::slam::Verdict;
+
 /// What the filter of a run was given, for the words of its report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subject {
@@ -17,26 +20,26 @@ impl Subject {
     }
 
     /// What to do about a verdict of the filter.
-    pub(super) fn advice(self, verdict: &str) -> &'static str {
+    pub(super) fn advice(self, verdict: Verdict) -> &'static str {
         match (verdict, self) {
-            ("consistent", _) => "The innovations are of the size that the filter expects.",
-            ("unchecked", Self::FloorCorners) => {
+            (Verdict::Consistent, _) => "The innovations are of the size that the filter expects.",
+            (Verdict::Unchecked, Self::FloorCorners) => {
                 "No floor corner was seen twice: nothing speaks for or against the motion, which is all there is."
             }
-            ("unchecked", Self::Measurements) => {
+            (Verdict::Unchecked, Self::Measurements) => {
                 "No landmark was measured twice: nothing speaks for or against the odometry, which is all there is."
             }
-            ("over-confident", Self::FloorCorners) => {
+            (Verdict::OverConfident, Self::FloorCorners) => {
                 "The innovations are larger than the filter expects: raise the noise of odometry or corners in the rig file."
             }
-            ("over-confident", Self::Measurements) => {
+            (Verdict::OverConfident, Self::Measurements) => {
                 "The innovations are larger than the filter expects: raise the noise of the odometry or of the sensor \
                  (<code>--speed-std</code>, <code>--turn-std</code>, <code>--range-std</code>, <code>--bearing-std</code>)."
             }
-            (_, Self::FloorCorners) => {
+            (Verdict::Diverging, Self::FloorCorners) => {
                 "Corner after corner lies beyond the gate: the map or the pose is wrong. Check mount and odometry."
             }
-            (_, Self::Measurements) => {
+            (Verdict::Diverging, Self::Measurements) => {
                 "Measurement after measurement lies beyond the gate: the map or the pose is wrong. Check the odometry, and \
                  the names if they were used."
             }

@@ -102,8 +102,8 @@ impl Results {
         self.run.map = map.chunks_exact(9).filter_map(|row| map_point(row, self.start)).collect();
         (self.run.without_range, self.run.no_room, self.run.unmeasured) =
             (without_range, no_room, unmeasured);
-        let known = [Verdict::Consistent, Verdict::OverConfident, Verdict::Diverging].map(Verdict::as_str);
-        self.run.verdict = known.into_iter().find(|name| *name == verdict).unwrap_or("unchecked");
+        let named = Verdict::ALL.into_iter().find(|known| known.as_str() == verdict);
+        self.run.verdict = named.unwrap_or_default();
         self.run.mean_nis = mean_nis;
     }
 
@@ -214,7 +214,7 @@ fn observation(time: f64, frame: usize, row: &[f32]) -> Option<Observation> {
         range: Some(range),
         bearing: Some(bearing),
         landmark: (landmark >= 0.0).then_some(landmark as u32),
-        decision: DECISIONS.get(decision as usize)?.as_str(),
+        decision: *DECISIONS.get(decision as usize)?,
         nis: nis.is_finite().then_some(nis),
     })
 }

@@ -1,5 +1,5 @@
 /** A run: every picture through the pipeline, in order, with word of it several times a second. */
-import { init, Motion, Pipeline } from 'monorange-wasm';
+import { init, Pipeline } from 'monorange-wasm';
 import { bitmapOf, type Picture } from '../sequence/picture.ts';
 import { parameters, type Rig } from '../setup/rig.ts';
 import { STAGES, type FrameResult, type RunSettings, type Shown } from './protocol.ts';
@@ -79,7 +79,7 @@ export class Stepper {
   constructor(rig: Rig, start: number, motion: Wheels | 'pictures' | null) {
     this.#rig = rig;
     [this.#start, this.#reached, this.#motion] = [start, start, motion];
-    this.#pipeline = new Pipeline(parameters(rig), Uint8Array.from(rig.settings));
+    this.#pipeline = new Pipeline(parameters(rig), Uint8Array.from(rig.settings), motion === 'pictures');
   }
 
   step(picture: Picture | string, index: number, name: string, t: number, decodeMs: number): FrameResult {
@@ -89,7 +89,7 @@ export class Stepper {
     const time = t - this.#start;
     this.#load(picture);
     clock.push(performance.now());
-    const motionHeld = this.#move(t);
+    this.#move(t);
     clock.push(performance.now());
     this.#pipeline.rows();
     clock.push(performance.now());
@@ -113,7 +113,7 @@ export class Stepper {
       nisDegrees: report.nisDegrees,
       withoutRange: report.withoutRange,
       noRoom: report.noRoom,
-      motionHeld,
+      motionHeld: report.held,
       stages: Float32Array.of(decodeMs + load, edges, lines, motion, map),
     };
     report.free();
@@ -148,12 +148,11 @@ export class Stepper {
     else this.#pipeline.loadRgba(bytes);
   }
 
-  /** Moves the robot to the time of the picture; whether its motion is only supposed. */
-  #move(t: number): boolean {
+  /** Moves the robot to the time of the picture by its wheels. */
+  #move(t: number): void {
     const [from, pipeline] = [this.#reached, this.#pipeline];
     this.#reached = t;
-    if (this.#motion === 'pictures') return pipeline.moveByPicture(t - this.#start) === Motion.Held;
-    const rows = this.#motion?.between(from, t) ?? [];
+    const rows = this.#motion === 'pictures' ? [] : (this.#motion?.between(from, t) ?? []);
     let at = from;
     for (let row = 0; row < rows.length; row += 5) {
       const [seconds = 0, isStep = 0, a = 0, b = 0, c = 0] = rows.slice(row, row + 5);
@@ -161,7 +160,6 @@ export class Stepper {
       if (isStep) pipeline.increment(at - this.#start, a, b, c, seconds);
       else pipeline.velocity(at - this.#start, a, b, seconds);
     }
-    return false;
   }
 
   #problemOf({ width, height }: Picture): string {

@@ -8,7 +8,6 @@ pub(in crate::slam) mod update;
 pub use config::{Covariance, FilterConfig, Variant};
 pub use update::{Decision, Observation, Outcome};
 
-use crate::association::Gate;
 use crate::geometry::{Pose, RangeFinder, wrap_angle};
 use crate::slam::covariance::factored;
 use crate::slam::covariance::triangle::{Triangle, TriangleRef, packed_len};
@@ -83,6 +82,24 @@ pub struct Filter<T, S, L> {
     /// The pose as predicted, where first-estimates Jacobians are taken.
     pub(in crate::slam) first_pose: [T; 3],
     scalar: PhantomData<T>,
+}
+
+#[cfg(feature = "alloc")]
+impl<T: Real> Filter<T, alloc::vec::Vec<T>, alloc::vec::Vec<Landmark<T>>> {
+    /// As [`new`](Self::new), in `Vec`s with room for so many landmarks.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn on_heap(
+        landmarks: usize,
+        pose: Pose<T>,
+        covariance: Matrix3<T>,
+        config: FilterConfig<T>,
+    ) -> Result<Self> {
+        let states = states_for(landmarks, config.mount_std.is_some());
+        let numbers = alloc::vec![T::zero(); storage_len(states)];
+        Self::new(numbers, alloc::vec![Landmark::default(); landmarks], pose, covariance, config)
+    }
 }
 
 /// The storage, cut into its parts.
@@ -170,11 +187,6 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     /// The settings.
     pub fn config(&self) -> &FilterConfig<T> {
         &self.config
-    }
-
-    /// The settings of the gate, which may change while the filter runs.
-    pub fn set_gate(&mut self, gate: Gate) {
-        self.config.gate = gate;
     }
 
     pub(in crate::slam) fn check_time(&self, time: f64) -> Result<()> {

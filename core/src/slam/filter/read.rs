@@ -90,11 +90,6 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         self.config.mount_std.map(|_| Matrix4::from_fn(entry))
     }
 
-    /// Standard deviations of [`mount_error`](Self::mount_error).
-    pub fn mount_error_std(&self) -> Option<Vector4<T>> {
-        self.mount_error_covariance().map(|covariance| covariance.diagonal().map(|variance| variance.sqrt()))
-    }
-
     /// The range finder with the mount as estimated.
     pub fn finder(&self) -> Option<RangeFinder<T>> {
         let finder = self.config.finder?;

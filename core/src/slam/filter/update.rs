@@ -448,6 +448,9 @@ type Whitening<'a, T> = (&'a [T; 3], [&'a mut [T]; 2], &'a Vector2<T>, &'a mut [
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Pose;
+    use crate::slam::filter::{FilterConfig, states_for, storage_len};
+    use nalgebra::{Matrix2x3, Matrix3, Vector3};
 
     #[test]
     fn the_processors_own_vectors_give_the_same_bits() {
@@ -468,5 +471,65 @@ mod tests {
             };
             assert_eq!(bits(one), bits(other), "size {size}");
         }
+    }
+
+    type Small = Filter<f64, [f64; storage_len(states_for(2, false))], [Landmark<f64>; 2]>;
+
+    /// A filter whose robot is uncertain, with a landmark 7.
+    fn with_a_landmark() -> Small {
+        let storage = [0.0; storage_len(states_for(2, false))];
+        let covariance = Matrix3::from_diagonal(&Vector3::new(0.04, 0.09, 0.01));
+        let pose = Pose::new(1.0, -2.0, 0.7);
+        let mut filter =
+            Filter::new(storage, [Landmark::default(); 2], pose, covariance, FilterConfig::default())
+                .unwrap();
+        filter.birth_at(0.0, 7, Vector2::new(2.0, 0.5), &(Matrix2::identity() * 0.01)).unwrap();
+        filter
+    }
+
+    fn bits(filter: &Small) -> std::vec::Vec<u64> {
+        let (size, _) = filter.states();
+        let covariance =
+            (0..size).flat_map(|row| (0..size).map(move |column| filter.covariance_at(row, column)));
+        (0..size).map(|at| filter.state_at(at)).chain(covariance).map(f64::to_bits).collect()
+    }
+
+    #[test]
+    fn a_measurement_linearised_by_the_caller_does_what_the_filters_own_does() {
+        let covariance = Matrix2::new(0.02, 0.003, 0.003, 0.01);
+        let measurement = Measurement::Point { point: Vector2::new(2.1, 0.3), covariance };
+        let (mut own, mut callers) = (with_a_landmark(), with_a_landmark());
+        let linear = {
+            let landmark = callers.landmark(7).unwrap();
+            callers.linearise(landmark, callers.heading(), &measurement, None).unwrap()
+        };
+        let mut outcomes = [Outcome::default()];
+        own.update(&[Observation { landmark: 7, measurement }], &mut outcomes).unwrap();
+        let before = bits(&callers);
+        let outcome = callers.update_linearised(7, &linear).unwrap();
+        assert_eq!((outcome, bits(&callers)), (outcomes[0], bits(&own)));
+        assert!(outcome.decision == Decision::Update && bits(&callers) != before);
+    }
+
+    #[test]
+    fn a_linearised_measurement_that_cannot_be_used_changes_nothing() {
+        let mut filter = with_a_landmark();
+        let linear = Linearised {
+            innovation: Vector2::new(0.1, -0.1),
+            by_robot: Matrix2x3::new(-1.0, 0.0, 0.0, 0.0, -1.0, 0.0),
+            by_mount: Matrix2x4::zeros(),
+            by_landmark: Matrix2x4::identity(),
+            noise: Matrix2::identity() * 0.01,
+            dof: 2,
+        };
+        let before = bits(&filter);
+        assert_eq!(filter.update_linearised(8, &linear), Err(Error::UnknownLandmark { id: 8 }));
+        let infinite = Linearised { innovation: Vector2::new(f64::INFINITY, 0.0), ..linear };
+        let without_noise = Linearised { noise: Matrix2::zeros(), ..linear };
+        for useless in [infinite, without_noise] {
+            let refused = filter.update_linearised(7, &useless);
+            assert!(matches!(refused, Err(Error::OutOfRange { name: "linearised", .. })), "{refused:?}");
+        }
+        assert_eq!(bits(&filter), before);
     }
 }

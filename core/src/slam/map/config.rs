@@ -115,8 +115,6 @@ pub enum Hint {
     Free,
     /// It is this landmark: another association says so.
     Landmark(u32),
-    /// It is no landmark of the map.
-    New,
 }
 
 /// A measurement without a name.

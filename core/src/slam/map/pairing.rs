@@ -164,9 +164,6 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         candidates: &mut heapless::Vec<Candidate<T>, MAX_CANDIDATES>,
         report: &mut MapReport,
     ) {
-        if feature.hint == Hint::New {
-            return;
-        }
         let dof = feature.measurement.dof();
         let gate = if wide { self.config.birth_nis } else { self.match_nis(dof) };
         let heading = self.filter.heading();

@@ -97,7 +97,7 @@ impl<T: Real> Increment<T> {
 
     /// # Errors
     /// [`Error::OutOfRange`] when a number is not finite or a variance is negative.
-    pub(in crate::slam) fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         let finite = |value: &T, name| {
             let expected = "a finite number";
             if value.is_finite() {

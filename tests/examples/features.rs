@@ -1,5 +1,5 @@
 //! Times the detectors on a binary PGM picture, and writes the keypoints on request:
-//! `cargo run --release -p monorange-core --example features -- PICTURE.pgm [REPEATS [OUT.csv [CONTRAST]]]`.
+//! `cargo run --release -p monorange-tests --example features -- PICTURE.pgm [REPEATS [OUT.csv [CONTRAST]]]`.
 //!
 //! Prints a line for each detector: name, least milliseconds of the repeats, keypoints.
 use monorange_core::features::{

@@ -1,6 +1,6 @@
 //! Times the robust homography with its covariance on problems of 300 matches, half a pixel of noise in each picture.
 //!
-//! `cargo run --release -p monorange-core --example robust_homography -- MATCHES.txt [OUT]` reads lines `ua va ub vb`,
+//! `cargo run --release -p monorange-tests --example robust_homography -- MATCHES.txt [OUT]` reads lines `ua va ub vb`,
 //! 300 a problem, so that another library can be timed on the same numbers (`tests/peers/features.py robust`). Prints
 //! a line for each scalar: name, least milliseconds a problem, problems solved, mean number of samples; writes the
 //! matrices to `OUT.f32` and `OUT.f64`, nine numbers a line.

@@ -1,0 +1,199 @@
+//! What pictures tell beside their corners: the robot's step, and where the landmarks' corners have gone.
+//!
+//! ```text
+//! rows ──► features ──► matches with the keyframe ──► floor's homography ──► the robot's step   VisualMotion
+//!                                                 └─► and the free one   ──► corners carried    PixelAssociation
+//! ```
+//!
+//! Who moves the robot: the pictures, fused with the odometry's steps since the last one, where the configuration says
+//! so or the floor carries the corners; elsewhere the odometry alone, reading by reading.
+use super::pixel_association::PixelAssociation;
+use super::visual_motion::{VisualMotion, VisualStep};
+use super::{Carrier, Config, MotionFrom, MovedBy, Pipeline, Report, Stage, Storage};
+use crate::features::Features;
+use crate::image::Grey;
+use crate::lines::Corner;
+use crate::slam::{Filter, Increment, Landmark};
+use crate::{Error, Result};
+use alloc::boxed::Box;
+use alloc::vec::Vec;
+
+/// Keyframe, corners in it, and the picture at hand.
+#[derive(Clone, Debug)]
+pub(super) struct Pictures {
+    visual: VisualMotion,
+    pixels: PixelAssociation,
+    /// The picture at hand, as far as its rows have come.
+    rows: Vec<u8>,
+    /// The odometry's steps since the last picture, one after the other.
+    steps: Option<Increment<f32>>,
+    /// Those of them that have not moved the robot yet.
+    waiting: Option<Increment<f32>>,
+    /// Until when they reach.
+    reached: f64,
+    /// Whether some of them moved the robot before the picture came, for another sensor's sake.
+    moved_early: bool,
+    /// Whether pictures have their part in the robot's motion.
+    move_robot: bool,
+}
+
+impl Pictures {
+    /// `None` where the configuration does not ask pictures.
+    pub(super) fn new(config: &Config) -> Result<Option<Box<Self>>> {
+        if !config.asks_pictures() {
+            return Ok(None);
+        }
+        let visual = VisualMotion::new(config.visual)?;
+        Ok(Some(Box::new(Self {
+            visual: if config.carrier == Carrier::Free { visual.with_free_homography() } else { visual },
+            pixels: PixelAssociation::new(config.carrier),
+            rows: Vec::new(),
+            steps: None,
+            waiting: None,
+            reached: 0.0,
+            moved_early: false,
+            move_robot: config.motion_from == MotionFrom::Pictures || config.carrier == Carrier::Floor,
+        })))
+    }
+
+    pub(super) fn begin(&mut self) {
+        self.rows.clear();
+    }
+
+    pub(super) fn push_row(&mut self, pixels: &[u8]) {
+        self.rows.extend_from_slice(pixels);
+    }
+
+    /// Takes a step of the odometry: moves the robot, or waits for the picture that has its part in the motion.
+    pub(super) fn take_step<N, L>(
+        &mut self,
+        filter: &mut Filter<f32, N, L>,
+        time: f64,
+        step: &Increment<f32>,
+    ) -> Result<()>
+    where
+        N: AsRef<[f32]> + AsMut<[f32]>,
+        L: AsRef<[Landmark<f32>]> + AsMut<[Landmark<f32>]>,
+    {
+        if self.move_robot {
+            let last = self.reached.max(filter.time());
+            if !(time >= last && time.is_finite()) {
+                return Err(Error::TimeBackwards { time, last });
+            }
+            step.check()?;
+            self.reached = time;
+            self.waiting = followed_by(self.waiting, step);
+        } else {
+            filter.predict(time, step)?;
+        }
+        self.steps = followed_by(self.steps, step);
+        Ok(())
+    }
+
+    /// What waits for the picture, and until when it reaches: for a measurement of another sensor that comes before.
+    pub(super) fn take_waiting(&mut self) -> Option<(f64, Increment<f32>)> {
+        let waiting = self.waiting.take()?;
+        self.moved_early = true;
+        Some((self.reached, waiting))
+    }
+
+    /// The landmarks' corners in the keyframe.
+    pub(super) fn pixels(&mut self) -> &mut PixelAssociation {
+        &mut self.pixels
+    }
+
+    /// The features of the picture at hand.
+    fn detect(&mut self, width: usize, height: usize) -> Result<Features> {
+        self.visual.detect(Grey::new(&self.rows, width, height)?)
+    }
+
+    /// Who moves the robot over a picture that gave this step.
+    fn moved_by(&self, step: Option<&VisualStep>, wheels: bool) -> MovedBy {
+        match (step.filter(|_| self.move_robot && !self.moved_early), wheels) {
+            (None, false) => MovedBy::Nothing,
+            (None, true) => MovedBy::Odometry,
+            (Some(step), _) if !step.measured => MovedBy::Held,
+            (Some(_), false) => MovedBy::Pictures,
+            (Some(_), true) => MovedBy::Both,
+        }
+    }
+}
+
+fn followed_by(before: Option<Increment<f32>>, step: &Increment<f32>) -> Option<Increment<f32>> {
+    Some(before.map_or(*step, |before| before.then(step)))
+}
+
+impl<S: Storage> Pipeline<S> {
+    /// As [`step_timed`](Self::step_timed), with the picture's features found elsewhere: several pipelines may share
+    /// one detector. Where the configuration does not ask pictures, they are left aside.
+    ///
+    /// # Errors
+    /// As [`step`](Self::step).
+    pub fn step_with_features(
+        &mut self,
+        time: f64,
+        picture: Grey<'_>,
+        features: &Features,
+        mut ended: impl FnMut(Stage),
+    ) -> Result<Report> {
+        if self.pictures.is_none() {
+            return self.step_timed(time, picture, ended);
+        }
+        self.push_rows(picture)?;
+        ended(Stage::Rows);
+        let extraction = self.extractor.finish()?;
+        let (corners, truncations) = (extraction.corners.clone(), extraction.truncations);
+        ended(Stage::Corners);
+        let report = self.finish_seeing(time, &corners, Some(features.clone()), ended)?;
+        Ok(Report { truncations, ..report })
+    }
+
+    /// The picture's part in the motion, then its corners with the help of those that were carried.
+    pub(super) fn finish_seeing(
+        &mut self,
+        time: f64,
+        corners: &[Corner],
+        features: Option<Features>,
+        mut ended: impl FnMut(Stage),
+    ) -> Result<Report> {
+        let moved_by = self.move_by_picture(time, features)?;
+        ended(Stage::Motion);
+        let report = self.observe_carried(time, corners)?;
+        ended(Stage::Filter);
+        Ok(Report { moved_by, ..report })
+    }
+
+    fn move_by_picture(&mut self, time: f64, features: Option<Features>) -> Result<MovedBy> {
+        let finder = self.finder();
+        let Some(pictures) = self.pictures.as_deref_mut() else { return Ok(MovedBy::Nothing) };
+        let seen = match features {
+            Some(features) => features,
+            None => pictures.detect(finder.camera().width(), finder.camera().height())?,
+        };
+        let wheels = pictures.steps;
+        let step = pictures.visual.follow(&finder, time, wheels.as_ref(), seen)?;
+        pictures.pixels.look(step.as_ref());
+        let moved_by = pictures.moved_by(step.as_ref(), wheels.is_some());
+        (pictures.steps, pictures.moved_early) = (None, false);
+        let (waiting, filter) = (pictures.waiting.take(), self.map.filter_mut());
+        match (moved_by, step, waiting) {
+            (MovedBy::Pictures | MovedBy::Both | MovedBy::Held, Some(step), _) => {
+                filter.predict_seen(time, &step.increment, &step.by_mount)?;
+                // What the wheels measured otherwise is the mount's error.
+                if let Some(by) = &step.disagreement {
+                    filter.update_mount(&by.arc, &by.covariance, &by.by_mount)?;
+                }
+            }
+            (_, _, Some(waiting)) => filter.predict(time, &waiting)?,
+            _ => {}
+        }
+        Ok(moved_by)
+    }
+
+    /// The pictures' part of a fresh pipeline, for one that is put elsewhere.
+    pub(super) fn forget_pictures(&mut self) {
+        if let Ok(pictures) = Pictures::new(&self.config) {
+            self.pictures = pictures;
+        }
+    }
+}

@@ -1,0 +1,76 @@
+//! A picture's corners as the filter takes them.
+use super::{CornerReport, Model, Pipeline, Storage};
+use crate::geometry::RangeFinder;
+use crate::lines::{Corner, MAX_CORNERS};
+use crate::slam::{Feature, Landmark, Measurement, Outcome};
+use nalgebra::Matrix2;
+
+impl<S: Storage> Pipeline<S> {
+    /// The corners that have a range worth the name, as the filter takes them.
+    pub(super) fn sightings(&self, corners: &[Corner]) -> Sightings {
+        let finder = self.finder();
+        let mut seen = Sightings::default();
+        for corner in corners {
+            let used = self.sight(&finder, corner).and_then(|(report, feature)| {
+                seen.corners.push(report).ok()?;
+                seen.features.push(feature).ok()
+            });
+            seen.without_range += u32::from(used.is_none());
+        }
+        seen
+    }
+
+    /// A corner as the filter takes it, or `None` where it has no range worth the name.
+    fn sight(&self, finder: &RangeFinder<f32>, corner: &Corner) -> Option<(CornerReport, Feature<f32>)> {
+        let (pixel, floor) = (corner.pixel, self.config.corner_std_floor_px);
+        let covariance = corner.covariance + Matrix2::identity() * (floor * floor);
+        let sighting = finder.sight(pixel).ok()?;
+        if sighting.range > self.config.max_range() {
+            return None;
+        }
+        let measurement = match self.config.model {
+            Model::Pixel => Measurement::Pixel { pixel, covariance },
+            Model::RangeBearing => Measurement::from_floor_pixel(finder, pixel, &covariance)?,
+        };
+        let report = CornerReport {
+            pixel,
+            pixel_covariance: covariance,
+            range: sighting.range,
+            bearing: sighting.bearing,
+            covariance: sighting.noise(&covariance),
+            outcome: Outcome::default(),
+        };
+        Some((
+            report,
+            Feature { pixel: Some(pixel), descriptor: Some(looks(corner)), ..Feature::new(measurement) },
+        ))
+    }
+}
+
+/// A picture's corners as reported and as the map takes them, one to one.
+#[derive(Default)]
+pub(super) struct Sightings {
+    pub(super) corners: heapless::Vec<CornerReport, MAX_CORNERS>,
+    pub(super) features: heapless::Vec<Feature<f32>, MAX_CORNERS>,
+    pub(super) without_range: u32,
+}
+
+impl Sightings {
+    /// Whether a feature may be of a landmark by its looks.
+    pub(super) fn looks_alike(&self, index: usize, landmark: &Landmark<f32>) -> bool {
+        self.features.get(index).is_some_and(|feature| alike(feature, landmark))
+    }
+}
+
+/// Whether a measurement may be of a landmark by its looks; a laser's has none.
+pub(super) fn alike(feature: &Feature<f32>, landmark: &Landmark<f32>) -> bool {
+    match (feature.descriptor, landmark.descriptor) {
+        (Some(seen), Some(known)) => seen == known,
+        _ => true,
+    }
+}
+
+/// What a corner looks like from anywhere: which side of the vertical edge and of the floor's edge is brighter.
+fn looks(corner: &Corner) -> u32 {
+    u32::from(corner.brighter_right) | u32::from(corner.brighter_below) << 1
+}
