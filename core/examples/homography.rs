@@ -14,8 +14,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (sin, cos) = 3_f64.to_radians().sin_cos();
     let truth = Matrix3::new(1.05 * cos, -1.05 * sin, 4.0, 1.05 * sin, 1.05 * cos, -9.0, 0.0, 1e-4, 1.0);
     let carried = |from: Vector2<f64>| {
-        let Vector3 { x, y, z, .. } = truth * from.push(1.0);
-        Vector2::new(x / z, y / z)
+        let to: Vector3<f64> = truth * from.push(1.0);
+        to.xy() / to.z
     };
     // Half a pixel of noise in each picture, and wrong matches anywhere.
     let scattered = |k: usize, size: usize| (k * 7919 % 104_729 * 31 % size) as f64;

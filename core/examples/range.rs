@@ -13,7 +13,7 @@ use nalgebra::{Matrix2, Vector2};
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Size, focal lengths, principal point, skew (px), and the lens, as a calibration gives them.
     let lens = Distortion { k1: -0.228, k2: 0.364, ..Default::default() };
-    let camera = Camera::new(320, 240, [365.1, 365.0], [145.8, 114.5], 0.0, lens)?;
+    let camera = Camera::<f64>::new(320, 240, [365.1, 365.0], [145.8, 114.5], 0.0, lens)?;
     // Height (m), tilt, roll and yaw (rad), and where the camera sits on the robot (m).
     let finder = RangeFinder::new(camera, Mount::new([0.40, 0.14, 0.0, 0.0, 0.0, 0.0])?);
     let pixel_covariance = Matrix2::identity() * (0.5 * 0.5);
