@@ -3,7 +3,7 @@ use crate::corridor::config_for;
 use monorange_core::Result;
 use monorange_core::features::{Detector, Features};
 use monorange_core::image::Grey;
-use monorange_core::pipeline::{Carrier, Config, Memory, Odometry, OnHeap, Pipeline};
+use monorange_core::pipeline::{Carrier, Config, Memory, MotionFrom, Odometry, OnHeap, Pipeline};
 use monorange_core::slam::{Decision, Status};
 use monorange_sim::{Simulation, TrueCorner};
 use nalgebra::Vector2;
@@ -81,7 +81,8 @@ pub fn associate(simulation: &Simulation, carriers: &[Carrier]) -> Result<Vec<As
     let mut detector = Detector::new(config.visual.features)?;
     let mut runs = Vec::new();
     for carrier in carriers {
-        let config = Config { carrier: *carrier, ..config };
+        // The wheels alone move the robot, so that the carriers differ in nothing else.
+        let config = Config { carrier: *carrier, motion_from: MotionFrom::Odometry, ..config };
         runs.push(Run::new(Pipeline::new(config, Memory::on_heap(width, height, 512))?));
     }
     let mut picture = vec![0; width * height];

@@ -67,9 +67,10 @@ fn whole(pipeline: &mut Pipeline<OnHeap>, time: f64, picture: Grey<'_>) -> Repor
 fn the_carrier_and_the_motion_are_the_configurations() {
     let recording = recording();
     let cases = [
-        (Carrier::Map, MotionFrom::Odometry, true, MovedBy::Odometry),
-        (Carrier::Floor, MotionFrom::Odometry, true, MovedBy::Both),
-        (Carrier::Free, MotionFrom::Odometry, true, MovedBy::Odometry),
+        (Carrier::Map, MotionFrom::ByCarrier, true, MovedBy::Odometry),
+        (Carrier::Floor, MotionFrom::ByCarrier, true, MovedBy::Both),
+        (Carrier::Free, MotionFrom::ByCarrier, true, MovedBy::Odometry),
+        (Carrier::Floor, MotionFrom::Odometry, true, MovedBy::Odometry),
         (Carrier::Map, MotionFrom::Pictures, false, MovedBy::Pictures),
         (Carrier::Free, MotionFrom::Pictures, false, MovedBy::Pictures),
         (Carrier::Map, MotionFrom::Pictures, true, MovedBy::Both),
@@ -90,7 +91,7 @@ fn the_carrier_and_the_motion_are_the_configurations() {
 #[test]
 fn a_picture_gives_the_same_bits_whole_by_rows_and_with_features_found_elsewhere() {
     let recording = recording();
-    let floor = || recording.pipeline(Carrier::Floor, MotionFrom::Odometry);
+    let floor = || recording.pipeline(Carrier::Floor, MotionFrom::ByCarrier);
     let expected = recording.drive(floor(), true, whole);
     let mut stages = Vec::new();
     let by_rows = recording.drive(floor(), true, |pipeline, time, picture| {
@@ -112,9 +113,9 @@ fn a_picture_gives_the_same_bits_whole_by_rows_and_with_features_found_elsewhere
 #[test]
 fn beside_the_free_homography_every_reading_moves_the_robot_at_once() {
     let recording = recording();
-    let mut free = recording.pipeline(Carrier::Free, MotionFrom::Odometry);
-    let mut map = recording.pipeline(Carrier::Map, MotionFrom::Odometry);
-    let mut floor = recording.pipeline(Carrier::Floor, MotionFrom::Odometry);
+    let mut free = recording.pipeline(Carrier::Free, MotionFrom::ByCarrier);
+    let mut map = recording.pipeline(Carrier::Map, MotionFrom::ByCarrier);
+    let mut floor = recording.pipeline(Carrier::Floor, MotionFrom::ByCarrier);
     let (mut readings, half) = (0, Odometry::Velocity { v: 0.4, omega: 0.3, seconds: 0.05 });
     for (time, _, pixels) in &recording.frames[..3] {
         let picture = Grey::new(pixels, recording.size.0, recording.size.1).expect("its size");
@@ -139,7 +140,7 @@ fn beside_the_free_homography_every_reading_moves_the_robot_at_once() {
 #[test]
 fn a_picture_without_features_is_not_carried_by_the_one_before() {
     let recording = recording();
-    let mut pipeline = recording.pipeline(Carrier::Floor, MotionFrom::Odometry);
+    let mut pipeline = recording.pipeline(Carrier::Floor, MotionFrom::ByCarrier);
     let (width, height) = recording.size;
     let mut last = 0.0;
     for (time, reading, pixels) in &recording.frames[..4] {
@@ -162,7 +163,7 @@ fn a_picture_without_features_is_not_carried_by_the_one_before() {
 fn a_measurement_between_pictures_moves_the_robot_once() {
     let recording = recording();
     let run = |measure: bool| {
-        let mut pipeline = recording.pipeline(Carrier::Floor, MotionFrom::Odometry);
+        let mut pipeline = recording.pipeline(Carrier::Floor, MotionFrom::ByCarrier);
         for (time, reading, pixels) in &recording.frames {
             if let Some(reading) = reading {
                 pipeline.odometry(*time, reading).expect("a reading");
@@ -181,9 +182,26 @@ fn a_measurement_between_pictures_moves_the_robot_once() {
 }
 
 #[test]
+fn without_pictures_the_wheels_move_the_robot_as_far() {
+    let recording = recording();
+    let poses = [Carrier::Map, Carrier::Floor].map(|carrier| {
+        let mut pipeline = recording.pipeline(carrier, MotionFrom::ByCarrier);
+        for (time, reading, _) in &recording.frames {
+            if let Some(reading) = reading {
+                pipeline.odometry(*time, reading).expect("a reading");
+            }
+            pipeline.advance(*time).expect("a time");
+        }
+        (pipeline.filter().pose(), pipeline.filter().pose_covariance())
+    });
+    assert!(poses[0].0.position().norm() > 0.2);
+    assert_eq!(poses[0], poses[1]);
+}
+
+#[test]
 fn gaps_and_overlaps_of_the_odometry_are_in_the_report() {
     let recording = recording();
-    let mut pipeline = recording.pipeline(Carrier::Map, MotionFrom::Odometry);
+    let mut pipeline = recording.pipeline(Carrier::Map, MotionFrom::ByCarrier);
     let reading = |seconds| Odometry::Velocity { v: 0.1, omega: 0.0, seconds };
     let picture = Grey::new(&recording.frames[0].2, recording.size.0, recording.size.1).expect("its size");
     pipeline.odometry(0.1, &reading(0.1)).expect("a reading");

@@ -133,6 +133,7 @@ fn drive(simulation: &Simulation, sensors: &Sensors) -> Result<(Vec<Pair>, usize
             runner.step(time, wheels, picture, &features).map_err(Error::new)?;
         } else if let Some(wheels) = wheels {
             runner.pipeline.odometry(time, &wheels).map_err(Error::new)?;
+            runner.pipeline.advance(time).map_err(Error::new)?;
         }
         if (sensors.laser)(frame) {
             let features = laser_corners(simulation, frame);

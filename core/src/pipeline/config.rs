@@ -33,6 +33,8 @@ pub enum MountError {
 pub enum MotionFrom {
     /// Its odometry; together with the pictures where the floor carries corners ([`Carrier::Floor`]).
     #[default]
+    ByCarrier,
+    /// Its odometry alone.
     Odometry,
     /// The pictures; together with odometry where some is given.
     Pictures,
@@ -131,8 +133,8 @@ impl Config {
     /// [`Error::Unsupported`] for a carrier other than the map, and for a motion from pictures.
     pub fn needs_no_features(&self) -> Result<()> {
         let (name, reason) = match (self.motion_from, self.carrier) {
-            (MotionFrom::Odometry, Carrier::Map) => return Ok(()),
-            (MotionFrom::Odometry, _) => {
+            (MotionFrom::ByCarrier | MotionFrom::Odometry, Carrier::Map) => return Ok(()),
+            (MotionFrom::ByCarrier | MotionFrom::Odometry, _) => {
                 ("association.carrier", "pictures are not matched here, only \"map\" works")
             }
             (MotionFrom::Pictures, _) => ("motion_from", "pictures are not matched here, give odometry"),

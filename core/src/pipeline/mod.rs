@@ -139,7 +139,8 @@ impl<S: Storage> Pipeline<S> {
     /// between two pictures, in order and cut at the pictures' times; what the intervals leave out or cover twice is in
     /// the [`Report`].
     ///
-    /// The robot moves at once, or with the next picture where that has its part in the motion.
+    /// The robot moves at once, or with the next picture where that has its part in the motion; where none comes,
+    /// [`advance`](Self::advance) or another sensor's [`measure`](Self::measure) moves it.
     ///
     /// # Errors
     /// [`Error::TimeBackwards`](crate::Error::TimeBackwards);
@@ -159,6 +160,22 @@ impl<S: Storage> Pipeline<S> {
         self.moved(time, increment)?;
         self.intervals.step(time);
         Ok(())
+    }
+
+    /// Brings the robot up to `time` where no picture comes: what waits for one moves it now, and it stands from there on.
+    ///
+    /// # Errors
+    /// As [`odometry`](Self::odometry).
+    pub fn advance(&mut self, time: f64) -> Result<()> {
+        #[cfg(all(feature = "alloc", feature = "sift"))]
+        if let Some((until, step)) = self.pictures.as_deref_mut().and_then(Pictures::take_waiting) {
+            self.map.filter_mut().predict(until, &step)?;
+        }
+        if time <= self.filter().time() {
+            return Ok(());
+        }
+        let still = Increment { delta: Vector3::zeros(), covariance: Matrix3::zeros() };
+        self.map.filter_mut().predict(time, &still)
     }
 
     /// Moves the robot, or keeps the step for the picture that has its part in it.
@@ -269,7 +286,7 @@ impl<S: Storage> Pipeline<S> {
     /// [`Error::TimeBackwards`](crate::Error::TimeBackwards).
     pub fn observe(&mut self, time: f64, corners: &[Corner]) -> Result<Report> {
         let mut seen = self.sightings(corners);
-        self.stand_until(time)?;
+        self.advance(time)?;
         let mut outcomes = [Outcome::default(); MAX_CORNERS];
         let looks_alike = |index: usize, landmark: &Landmark<f32>| seen.looks_alike(index, landmark);
         let map = self.map.observe(&seen.features, looks_alike, &mut outcomes)?;
@@ -277,19 +294,6 @@ impl<S: Storage> Pipeline<S> {
             corner.outcome = outcome;
         }
         Ok(self.report(time, seen, map))
-    }
-
-    /// Lets time pass without a motion beyond the steps that wait.
-    fn stand_until(&mut self, time: f64) -> Result<()> {
-        #[cfg(all(feature = "alloc", feature = "sift"))]
-        if let Some((until, step)) = self.pictures.as_deref_mut().and_then(Pictures::take_waiting) {
-            self.map.filter_mut().predict(until, &step)?;
-        }
-        if time <= self.filter().time() {
-            return Ok(());
-        }
-        let still = Increment { delta: Vector3::zeros(), covariance: Matrix3::zeros() };
-        self.map.filter_mut().predict(time, &still)
     }
 
     /// What the picture brought.
@@ -324,7 +328,7 @@ impl<S: Storage> Pipeline<S> {
         features: &[Feature<f32>],
         outcomes: &mut [Outcome<f32>],
     ) -> Result<MapReport> {
-        self.stand_until(time)?;
+        self.advance(time)?;
         let looks_alike = |index: usize, landmark: &Landmark<f32>| {
             features.get(index).is_some_and(|one| alike(one, landmark))
         };

@@ -52,7 +52,11 @@ impl Pictures {
             waiting: None,
             reached: 0.0,
             moved_early: false,
-            move_robot: config.motion_from == MotionFrom::Pictures || config.carrier == Carrier::Floor,
+            move_robot: match config.motion_from {
+                MotionFrom::Pictures => true,
+                MotionFrom::ByCarrier => config.carrier == Carrier::Floor,
+                MotionFrom::Odometry => false,
+            },
         })))
     }
 

@@ -150,7 +150,7 @@ impl<S: Storage> Pipeline<S> {
     /// As [`observe`](Self::observe), with the help of pixels, which have looked at the picture's motion.
     pub(super) fn observe_carried(&mut self, time: f64, corners: &[lines::Corner]) -> Result<Report> {
         let mut seen = self.sightings(corners);
-        self.stand_until(time)?;
+        self.advance(time)?;
         let camera = *self.finder().camera();
         let Some(pictures) = self.pictures.as_deref_mut() else { return self.observe(time, corners) };
         let pixels = pictures.pixels();
