@@ -5,6 +5,8 @@
 //!
 //! ```text
 //! 60 of 80 matches agree
+//! (320, 300) goes to (313.7, 313.7) ± (0.13, 0.11) px, in truth (313.6, 313.7)
+//! (20, 30) goes to (23.3, 23.4) ± (0.35, 0.31) px, in truth (23.3, 23.5)
 //! ```
 use monorange_core::homography::{HomographyConfig, Match, estimate_homography};
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};

@@ -4,6 +4,10 @@
 //! `cargo run -p monorange-core --example own_sensor` prints
 //!
 //! ```text
+//! Jacobians right: true
+//! after 1 s: 1.00 m by the wheels, 0.85 ± 0.10 m with the radio (update)
+//! after 2 s: 1.85 m by the wheels, 1.65 ± 0.10 m with the radio (update)
+//! after 3 s: 2.65 m by the wheels, 2.45 ± 0.10 m with the radio (update)
 //! ```
 use monorange_core::geometry::Pose;
 use monorange_core::slam::{

@@ -3,9 +3,9 @@
 //! `cargo run -p monorange-core --example range` prints
 //!
 //! ```text
-//! pixel (160, 200): 0.84 m, 2.6° to the right, ± 3 mm by the pixel and ± 11 mm by the mount
-//! pixel (160, 100): 3.95 m, 2.1° to the right, ± 53 mm by the pixel and ± 203 mm by the mount
-//! pixel (160, 10): no floor (above the horizon)
+//! pixel (160, 200): 1.02 m, 2.4° to the right, ± 4 mm by the pixel and ± 20 mm by the mount
+//! pixel (160, 100): 3.98 m, 2.2° to the right, ± 55 mm by the pixel and ± 206 mm by the mount
+//! pixel (160, 10): no floor (the pixel looks at or above the horizon)
 //! ```
 use monorange_core::geometry::{Camera, Distortion, Mount, RangeFinder};
 use nalgebra::{Matrix2, Vector2};
