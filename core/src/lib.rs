@@ -8,12 +8,16 @@
 //! | [`geometry`] | a pixel of the floor | range and bearing with covariance |
 //! | [`image`] | rows of grey pixels | smoothed rows, gradients, edge masks |
 //! | [`lines`] | edge masks | straight lines and floor corners, each with its covariance |
+//! | `proposals` | rows of grey pixels | more corners of the floor, each with its probability |
 //! | [`features`] | a grey picture | keypoints and descriptors, matches |
 //! | [`homography`] | matches | a homography with its covariance, the robot's motion over the floor |
 //! | [`association`] | corners and landmarks | who is who |
 //! | [`slam`] | odometry and measurements | pose, map and their joint covariance |
 //! | [`pipeline`] | rows of pictures and odometry | all of it |
 //! | [`calibration`] | known points, vertical edges or a drive | the camera's mount with its covariance |
+//!
+//! `proposals` is there with the feature of that name, which hosts turn on: it stands beside [`lines`], and [`pipeline`] does not use
+//! it yet.
 //!
 //! Everything is `no_std`, without a heap and without `unsafe`. Elementary functions come from `libm` on
 //! every target, and no multiplication is fused with an addition, so that the same input gives the same
@@ -40,6 +44,8 @@ pub mod homography;
 pub mod image;
 pub mod lines;
 pub mod pipeline;
+#[cfg(feature = "proposals")]
+pub mod proposals;
 pub mod slam;
 
 pub use error::{Error, Result};

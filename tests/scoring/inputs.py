@@ -33,7 +33,7 @@ def pooled(picture):
 
 
 def plain(picture):
-    """What a straight score sees of each proposal; `core/src/lines/score.rs` says the same."""
+    """What a straight score sees of each proposal; `core/src/proposals/score.rs` says the same."""
     f = {name: picture.features[:, i] for i, name in enumerate(picture.names)}
     length = np.log(np.maximum(f["vertical_length"], 5.0))
     one_sided = (f["both"] == 0) | (f["left_brighter_below"] == f["right_brighter_below"])

@@ -104,7 +104,7 @@ def read(folder):
 
 
 def suppress(picture, odds, skirting=0.16, same=6.0, across=5.0, lower_odds=0.5):
-    """The rows that stay when of several proposals in one place one is chosen, as `core/src/lines/decision.rs` does."""
+    """The rows that stay when of several proposals in one place one is chosen, as `core/src/proposals/decision.rs` does."""
     free = np.ones(len(odds), bool)
     chosen = []
     along = (picture.ideal * picture.down).sum(1)

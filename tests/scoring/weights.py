@@ -1,4 +1,4 @@
-"""The fitted network as a table for `core/src/lines/score.rs`: whole numbers of eight bits with a scale for each unit."""
+"""The fitted network as a table for `core/src/proposals/score.rs`: whole numbers of eight bits with a scale for each unit."""
 import numpy as np
 
 import network

@@ -7,28 +7,29 @@ use crate::{
 use clap::Args;
 use monorange_core::{
     geometry::Sighting,
-    lines::{Corner, EdgePoint, Extraction, Truncations},
+    proposals::{Corner, Extraction, Proposal, ProposalConfig, Truncations},
 };
 use monorange_formats::{
     Error, Result,
     draw::{Mark, ORANGE, Overlay, SEEN, Shape},
-    extraction::extractor,
+    extraction::{HeapProposalExtractor, proposal_extractor},
     files::Rig,
     pictures::{self, Picture},
 };
 use nalgebra::Matrix2;
 use std::{
-    collections::HashSet,
+    collections::{BTreeMap, HashSet},
     fmt::Write as _,
     path::{Path, PathBuf},
 };
 
 /// Floor corners of pictures: the feet of vertical edges on edges of the floor.
 ///
-/// Writes `image,u,v,var_u,cov_uv,var_v,range,bearing,var_range,cov_range_bearing,var_bearing`, the most certain
+/// Writes `image,u,v,var_u,cov_uv,var_v,range,bearing,var_range,cov_range_bearing,var_bearing,probability`, the likeliest
 /// corner of a picture first; range and bearing are empty for a corner that does not look at the floor. The
-/// covariances are those of the corner's two lines and the rig's `pixel_std` together. A picture that cannot be
-/// read is named and left out.
+/// covariances are those of the corner's lines and the rig's `pixel_std` together; `probability` says how likely it is a
+/// corner of the floor. A picture that cannot be read is named and left out. The drive's commands look for corners more
+/// strictly, by the rig's `[extract]`, which is not used here.
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Example:
@@ -43,6 +44,12 @@ pub struct Arguments {
     /// Draw edges, lines, corners, horizon and a 1 m floor grid over every picture, into this folder.
     #[arg(long, value_name = "DIR")]
     overlay: Option<PathBuf>,
+    /// Write every place that may be a corner, however unlikely, several in one place too.
+    #[arg(long, conflicts_with = "min_probability")]
+    proposals: bool,
+    /// Leave out corners less likely than this.
+    #[arg(long, value_name = "P", default_value_t = ProposalConfig::default().min_probability, value_parser = probability)]
+    min_probability: f32,
     /// Write to this file instead of standard output.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -54,7 +61,8 @@ pub struct Arguments {
 /// When the rig is malformed, a picture has another size than the rig's, or none could be read.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let rig = arguments.rig.read()?;
-    let mut extractor = extractor(&rig)?;
+    let config = ProposalConfig { min_probability: arguments.min_probability, ..ProposalConfig::default() };
+    let mut extractor = proposal_extractor(&rig, config)?;
     let images = expand(&arguments.images)?;
     let camera = rig.finder.camera();
     for image in &images {
@@ -63,7 +71,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let mut outputs = arguments.overlay.as_deref().map(Outputs::into_folder).transpose()?;
     let mut names = HashSet::new();
     let mut table =
-        "image,u,v,var_u,cov_uv,var_v,range,bearing,var_range,cov_range_bearing,var_bearing\n".to_owned();
+        "image,u,v,var_u,cov_uv,var_v,range,bearing,var_range,cov_range_bearing,var_bearing,probability\n"
+            .to_owned();
+    let mut without = BTreeMap::<&str, usize>::new();
     let (mut read, mut crowded, bar) = (0, 0, progress::bar(images.len(), "pictures"));
     for image in &images {
         bar.inc(1);
@@ -77,13 +87,19 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         read += 1;
         let extraction =
             extractor.extract(picture.grey()?).map_err(|error| Error::new(error).at(image))?.clone();
-        for corner in &extraction.corners {
-            table.push_str(&row(&rig, image, corner));
+        if arguments.proposals {
+            let proposed = extraction.proposals.iter().map(as_corner);
+            proposed.for_each(|corner| table.push_str(&row(&rig, image, &corner)));
+        } else {
+            extraction.corners.iter().for_each(|corner| table.push_str(&row(&rig, image, corner)));
         }
-        let Truncations { lines, corners, .. } = extraction.truncations;
-        crowded += usize::from(lines + corners > 0);
+        if let Some(why) = why_none(&extraction) {
+            *without.entry(why).or_default() += 1;
+        }
+        let Truncations { edge_points, lines, proposals, corners } = extraction.truncations;
+        crowded += usize::from(edge_points + lines + proposals + corners > 0);
         if let Some(outputs) = &mut outputs {
-            let png = overlay(&rig, &extraction, extractor.edge_points(), &picture, image)?;
+            let png = overlay(&rig, &extraction, &extractor, &picture, image)?;
             let name = overlay_name(image, &mut names);
             let there = arguments.overlay.iter().map(|folder| folder.join(&name)).find(|path| path.exists());
             if let Some(path) = there.filter(|path| !is_overlay(path)) {
@@ -97,8 +113,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     bar.finish_and_clear();
     if crowded > 0 {
         eprintln!(
-            "note: {crowded} of {read} pictures show more lines or corners than are kept; the best ones are"
+            "note: {crowded} of {read} pictures show more edges, lines or corners than are kept; the best ones are"
         );
+    }
+    for (why, count) in &without {
+        eprintln!("note: {count} of {read} pictures have no corner: {why}");
     }
     if read == 0 {
         return Err(Error::new("none of the pictures could be read").help("give PNG, JPEG or PNM pictures"));
@@ -122,6 +141,33 @@ fn expand(images: &[PathBuf]) -> Result<Vec<PathBuf>> {
     Ok(expanded)
 }
 
+/// A number from 0 to 1.
+fn probability(text: &str) -> std::result::Result<f32, String> {
+    let number = text.parse().map_err(|_| "not a number".to_owned())?;
+    if (0.0..=1.0).contains(&number) { Ok(number) } else { Err("not from 0 to 1".to_owned()) }
+}
+
+/// Why a picture has no corner; `None` when it has one.
+fn why_none(extraction: &Extraction) -> Option<&'static str> {
+    if !extraction.corners.is_empty() {
+        return None;
+    }
+    Some(if extraction.edge_points == 0 {
+        "no edge stands out of the noise (give more light)"
+    } else if !extraction.proposals.is_empty() {
+        "what was found is less likely than --min-probability (--proposals shows it)"
+    } else if extraction.vertical_lines.is_empty() {
+        "no edge points along gravity (do the rig's tilt and roll fit?), and no edge of the floor bends"
+    } else {
+        "no edge of the floor meets an upright edge below the horizon (do the rig's tilt and height fit?)"
+    })
+}
+
+fn as_corner(proposal: &Proposal) -> Corner {
+    let Proposal { pixel, covariance, probability, brighter_right, brighter_below, .. } = *proposal;
+    Corner { pixel, covariance, probability, brighter_right, brighter_below }
+}
+
 fn row(rig: &Rig, image: &Path, corner: &Corner) -> String {
     let (pixel, c) = (corner.pixel, covariance(rig, corner));
     let image = image.display().to_string();
@@ -131,10 +177,10 @@ fn row(rig: &Rig, image: &Path, corner: &Corner) -> String {
     let _ = match sight(rig, corner) {
         Some((sighting, noise)) => writeln!(
             row,
-            ",{},{},{},{},{}",
-            sighting.range, sighting.bearing, noise.m11, noise.m12, noise.m22
+            ",{},{},{},{},{},{}",
+            sighting.range, sighting.bearing, noise.m11, noise.m12, noise.m22, corner.probability
         ),
-        None => writeln!(row, ",,,,,"),
+        None => writeln!(row, ",,,,,,{}", corner.probability),
     };
     row
 }
@@ -152,7 +198,7 @@ fn covariance(rig: &Rig, corner: &Corner) -> Matrix2<f64> {
 fn overlay(
     rig: &Rig,
     extraction: &Extraction,
-    edges: &[EdgePoint],
+    extractor: &HeapProposalExtractor,
     picture: &Picture,
     image: &Path,
 ) -> Result<Vec<u8>> {
@@ -176,7 +222,7 @@ fn overlay(
         })
         .collect();
     overlay.floor();
-    overlay.lines(extraction, edges);
+    overlay.proposals(extraction, extractor.edge_points().map(|(place, _)| place));
     overlay.explain(&[SEEN]);
     overlay.marks(&marks);
     let name = image.file_name().unwrap_or_default().to_string_lossy();

@@ -73,3 +73,26 @@ fn pictures_that_cannot_be_used_are_refused() {
     folder
         .fails("landmarks --rig rig.toml sim/frames", &["line 14", "`extract.opening` is 30", "from 1 to 6"]);
 }
+
+#[test]
+fn proposals_are_shown_with_what_they_are_worth_and_a_picture_without_a_corner_says_why() {
+    let folder = simulated();
+    let corners = folder.run("landmarks --rig sim/rig.toml sim/frames").success();
+    let proposals = folder.run("landmarks --rig sim/rig.toml sim/frames --proposals").success();
+    let worth = |csv: &str| -> Vec<f64> {
+        column(csv, "probability").iter().map(|value| value.parse().expect("a number")).collect()
+    };
+    assert!(worth(&corners).iter().all(|p| *p >= 0.5 && *p <= 1.0));
+    assert!(worth(&proposals).len() > worth(&corners).len());
+    assert!(worth(&proposals).iter().any(|p| *p < 0.5));
+    let fewer = folder.run("landmarks --rig sim/rig.toml sim/frames --min-probability 0.8").success();
+    assert!(worth(&fewer).iter().all(|p| *p >= 0.8) && worth(&fewer).len() < worth(&corners).len());
+    let strict = folder.run("landmarks --rig sim/rig.toml sim/frames --min-probability 1");
+    assert!(
+        strict.stderr.contains("3 of 3 pictures have no corner: what was found is less likely"),
+        "{}",
+        strict.stderr
+    );
+    let refused = folder.run("landmarks --rig sim/rig.toml sim/frames --min-probability 1.5");
+    assert!(refused.status == 2 && refused.stderr.contains("from 0 to 1"), "{}", refused.stderr);
+}

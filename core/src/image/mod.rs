@@ -1,4 +1,4 @@
-//! Grey pictures by rows: smoothing, gradient, edge masks, noise.
+//! Grey pictures by rows: binning, smoothing, gradient, edge masks, noise.
 //!
 //! Every kernel takes row slices and writes row slices; nobody holds a picture. A row that is computed from n
 //! neighbours is n − 1 values shorter than they are, so borders need no special case: what cannot be computed
@@ -25,6 +25,7 @@
 //! correlated along an edge over about four pixels: [`NOISE_GAIN`], [`correlation_length`].
 //!
 //! Loops have no branches, and take as many 16-bit values at a time as the processor can: see the module `lanes`.
+mod binned;
 mod gradient;
 mod grey;
 mod lanes;
@@ -33,11 +34,12 @@ mod noise;
 mod rows;
 mod smooth;
 
+pub use binned::{GreyMemory, add_binned};
 pub use gradient::{
     GRADIENT_SCALE, GRADIENT_ZERO, NOISE_GAIN, column_sums, correlation_length, gradient_row,
 };
 pub use grey::Grey;
 pub use mask::{close_column, close_row, intersect, mask_bit, mask_len, open_row, threshold_row, unite};
-pub use noise::NoiseLevel;
+pub use noise::{GradientLevel, NoiseLevel};
 pub use rows::{GradientRows, MARGIN, MAX_OPENING, OpeningRows, line_buffers};
 pub use smooth::{smooth_column, smooth_row};

@@ -2,7 +2,7 @@ use super::config::ExtractConfig;
 use super::edge::{EdgePoint, NEAR_CORNER};
 use super::extraction::{Corner, Extraction, Line, MAX_CORNERS, MAX_LINES};
 use super::fit::{Sampling, fit};
-use super::members::{Members, gather};
+use super::members::{Members, at, gather};
 use crate::geometry::{Camera, RangeFinder};
 use heapless::Vec;
 use nalgebra::{Matrix2, Vector2};
@@ -303,7 +303,7 @@ fn refit(
         if clear.len() < 6 || clear.len() == usize::from(line.points) {
             continue;
         }
-        if let Some(mut fitted) = fit(points, clear, line.normal, sampling) {
+        if let Some(mut fitted) = fit(at(points, clear), line.normal, sampling) {
             // The edge is as long as it was; only its ends do not count.
             let shift = fitted.position(line.centroid);
             fitted.extent = line.extent.map(|end| end + shift);
@@ -312,7 +312,7 @@ fn refit(
     }
 }
 
-/// The floor line next to a corner at position `at` along it: all of it, or one side where the two sides disagree.
+/// The floor line next to a corner at position `place` along it: all of it, or one side where the two sides disagree.
 ///
 /// Two walls that meet at a small angle, or a door set back a little, bend the floor's edge by less than what
 /// separates two lines in the first place.
@@ -320,20 +320,20 @@ fn straight_at(
     points: &[EdgePoint],
     (members, side): (&[u16], &mut [u16]),
     floor: &Line,
-    at: f32,
+    place: f32,
     sampling: Sampling,
 ) -> Line {
     let mut side = |sign: f32| {
-        let beyond = |point: &EdgePoint| (floor.position(point.position) - at) * sign > 0.0;
+        let beyond = |point: &EdgePoint| (floor.position(point.position) - place) * sign > 0.0;
         let count = gather(points, members, side, beyond);
-        fit(points, side.get(..count)?, floor.normal, sampling).filter(|line| line.points >= LEAST_SIDE)
+        fit(at(points, side.get(..count)?), floor.normal, sampling).filter(|line| line.points >= LEAST_SIDE)
     };
     // A few points beyond the corner cannot show that they belong to the same line.
     let (before, after) = match (side(-1.0), side(1.0)) {
         (Some(before), Some(after)) => (before, after),
         (one, other) => return one.or(other).unwrap_or(*floor),
     };
-    let corner = floor.centroid + floor.along() * at;
+    let corner = floor.centroid + floor.along() * place;
     let step = before.distance(corner) - after.distance(corner);
     let turn = before.normal.perp(&after.normal);
     let [var_before, var_after] = [&before, &after].map(|line| line.var_at(line.position(corner)));

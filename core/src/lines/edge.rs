@@ -1,9 +1,10 @@
+use super::fit::EdgeSample;
 use super::lens::LensGrid;
 use crate::image::GRADIENT_SCALE;
 use nalgebra::Vector2;
 
 /// Directions are counted in 256 steps to a turn.
-pub(super) const STEPS: f32 = 256.0;
+pub(crate) const STEPS: f32 = 256.0;
 /// Half a grey level per pixel, as gradients are stored.
 const HALF_LEVEL: f32 = GRADIENT_SCALE / 2.0;
 /// Steep edges keep a point every so many strides: upright lines are longer than those of the floor, and neighbours' noise is
@@ -43,15 +44,29 @@ impl EdgePoint {
     }
 }
 
+impl EdgeSample for EdgePoint {
+    fn place(&self) -> Vector2<f32> {
+        self.position
+    }
+
+    fn gradient(&self) -> f32 {
+        0.5 * f32::from(self.strength)
+    }
+
+    fn curvature(&self) -> u8 {
+        self.curvature
+    }
+}
+
 /// Gradients of three neighbouring pixels across an edge, as (G_u, G_v).
-pub(super) type Profile = [(i32, i32); 3];
+pub(crate) type Profile = [(i32, i32); 3];
 
 /// The maximum of a gradient profile: sub-pixel offset from the middle sample and curvature of the profile's logarithm.
 ///
 /// Samples are projected on the middle gradient; through their logarithms goes a parabola, which is exact for the
 /// Gaussian profile of a blurred step, where a parabola through the samples themselves is off by 0.02 px. The
 /// logarithm of a ratio m/s is 2 (m − s)/(m + s) up to its cube over 12.
-pub(super) fn maximum(profile: Profile) -> Option<(f32, f32)> {
+pub(crate) fn maximum(profile: Profile) -> Option<(f32, f32)> {
     let [before, (u, v), after] = profile;
     let projected = |(a, b): (i32, i32)| (a * u + b * v) as f32; // at most 2 · 16320² < 2³¹
     let middle = projected((u, v));
@@ -69,15 +84,15 @@ pub(super) fn maximum(profile: Profile) -> Option<(f32, f32)> {
 }
 
 /// What a gradient's shorter part over its longer one says.
-pub(super) struct Slope {
+pub(crate) struct Slope {
     longer: f32,
     ratio: f32,
     /// In 256ths of a turn, off by at most one.
-    pub(super) direction: u8,
+    pub(crate) direction: u8,
 }
 
 impl Slope {
-    pub(super) fn new(x: f32, y: f32) -> Self {
+    pub(crate) fn new(x: f32, y: f32) -> Self {
         let (longer, shorter) = if x.abs() >= y.abs() { (x.abs(), y.abs()) } else { (y.abs(), x.abs()) };
         let ratio = if longer > 0.0 { shorter / longer } else { 0.0 };
         // atan r ≈ r (π/4 + 0.273 (1 − r)), off by less than 0.22°.
@@ -89,13 +104,13 @@ impl Slope {
     }
 
     /// Length of the gradient, off by less than 0.15 %: √(1 + r²) by its parabola in r² through 0, ½ and 1.
-    fn length(&self) -> f32 {
+    pub(crate) fn length(&self) -> f32 {
         let squared = self.ratio * self.ratio;
         self.longer * (1.0 + squared * (0.484_767 - 0.070_553 * squared))
     }
 
     /// The square of what is shorter along the gradient than along the axis it is nearest to.
-    fn foreshortening(&self) -> f32 {
+    pub(crate) fn foreshortening(&self) -> f32 {
         1.0 + self.ratio * self.ratio
     }
 }
@@ -127,7 +142,7 @@ static COSINES: [f32; 65] = {
 
 /// The unit vector of a direction in 256ths of a turn.
 #[inline]
-pub(super) fn unit(direction: u8) -> Vector2<f32> {
+pub(crate) fn unit(direction: u8) -> Vector2<f32> {
     let cosine = |step: u8| {
         let from_axis = step.min(step.wrapping_neg());
         let size = COSINES.get(usize::from(from_axis.min(128 - from_axis))).copied().unwrap_or(0.0);

@@ -89,7 +89,7 @@ impl EdgeSearch<'_> {
 }
 
 /// The places of the bits that are set.
-fn ones(bits: u32) -> impl Iterator<Item = usize> {
+pub(crate) fn ones(bits: u32) -> impl Iterator<Item = usize> {
     let mut left = bits;
     core::iter::from_fn(move || {
         let bit = left.trailing_zeros();
@@ -100,7 +100,7 @@ fn ones(bits: u32) -> impl Iterator<Item = usize> {
 
 /// Values of a row from `start` − `before` on; in `spare`, with more than any gradient beyond the row's ends, where those are in
 /// the way.
-fn window<'a, const N: usize>(
+pub(crate) fn window<'a, const N: usize>(
     row: &'a [u16],
     start: usize,
     before: usize,
@@ -138,18 +138,18 @@ fn maxima(bits: u32, sizes: impl Fn(usize) -> [u32; 3]) -> u32 {
 }
 
 /// The bits at which |G_u| has a maximum along the row; value 0 of the window comes before bit 0.
-fn steep_maxima(u: &[u16; 34], bits: u32) -> u32 {
+pub(crate) fn steep_maxima(u: &[u16; 34], bits: u32) -> u32 {
     maxima(bits, |bit| [0, 1, 2].map(|k| size(u[(bit & 31) + k])))
 }
 
 /// The bits at which |G_v| has a maximum along the column.
-fn flat_maxima(v: &[&[u16; 32]; 3], bits: u32) -> u32 {
+pub(crate) fn flat_maxima(v: &[&[u16; 32]; 3], bits: u32) -> u32 {
     maxima(bits, |bit| v.map(|row| size(row[bit & 31])))
 }
 
 /// The gradients at a bit and its neighbours in the row, if |G_u| is not below |G_v| there.
 #[inline]
-fn steep_profile(u: &[u16; 34], v: &[u16; 34], bit: usize) -> Option<Profile> {
+pub(crate) fn steep_profile(u: &[u16; 34], v: &[u16; 34], bit: usize) -> Option<Profile> {
     let at = |k: usize| (signed(u[(bit & 31) + k]), signed(v[(bit & 31) + k]));
     let (along, across) = at(1);
     (along.abs() >= across.abs()).then(|| [at(0), at(1), at(2)])
@@ -157,7 +157,7 @@ fn steep_profile(u: &[u16; 34], v: &[u16; 34], bit: usize) -> Option<Profile> {
 
 /// The gradients at a bit in three rows, if |G_v| is above |G_u| there: the diagonal belongs to the steep edges.
 #[inline]
-fn flat_profile(v: &[&[u16; 32]; 3], u: &[&[u16; 32]; 3], bit: usize) -> Option<Profile> {
+pub(crate) fn flat_profile(v: &[&[u16; 32]; 3], u: &[&[u16; 32]; 3], bit: usize) -> Option<Profile> {
     let at = |row: usize| (signed(u[row][bit & 31]), signed(v[row][bit & 31]));
     let (across, along) = at(1);
     (along.abs() > across.abs()).then(|| [at(0), at(1), at(2)])

@@ -1,4 +1,4 @@
-use super::edge::{EdgePoint, STEEP_STRIDES};
+use super::edge::STEEP_STRIDES;
 use super::extraction::Line;
 use crate::image::{GRADIENT_SCALE, NOISE_GAIN, correlation_length};
 use nalgebra::Vector2;
@@ -6,13 +6,23 @@ use nalgebra::Vector2;
 /// Effective degrees of freedom that the picture's noise counts for, against the points' scatter.
 const PRIOR_WEIGHT: f32 = 10.0;
 
+/// A point on an edge, as a line is fitted to it.
+pub(crate) trait EdgeSample {
+    /// Where an ideal camera would see it, px.
+    fn place(&self) -> Vector2<f32>;
+    /// Grey levels per pixel.
+    fn gradient(&self) -> f32;
+    /// Curvature of the logarithm of the gradient's profile across the edge, in 256ths of 1/px².
+    fn curvature(&self) -> u8;
+}
+
 /// What the frame as a whole says about the points of a line.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sampling {
+pub(crate) struct Sampling {
     /// Standard deviation of the picture's noise, grey levels.
-    pub(super) noise_std: f32,
+    pub(crate) noise_std: f32,
     /// Every how many pixels along a flat edge there is a point.
-    pub(super) stride: usize,
+    pub(crate) stride: usize,
 }
 
 impl Sampling {
@@ -27,7 +37,7 @@ impl Sampling {
     }
 }
 
-/// The weighted total least squares line through the points with these indices, or `None` for fewer than three or coinciding points.
+/// The weighted total least squares line through the points, or `None` for fewer than three or coinciding points.
 ///
 /// With weights w = s² (gradient s, to which a point's deviation is inversely proportional) and the weighted mean
 /// as origin, the angle φ that the line turns from the seed's direction t, n is
@@ -46,25 +56,23 @@ impl Sampling {
 ///
 /// κ is the points' scatter against the one expected, taken with the degrees of freedom left and mixed with
 /// [`PRIOR_WEIGHT`] times 1: a textured edge is less certain than a clean one.
-pub(super) fn fit(
-    points: &[EdgePoint],
-    indices: &[u16],
+pub(crate) fn fit<'p, P: EdgeSample + 'p>(
+    points: impl Iterator<Item = &'p P> + Clone,
     seed: Vector2<f32>,
     sampling: Sampling,
 ) -> Option<Line> {
-    let weight = |point: &EdgePoint| {
-        let strength = f32::from(point.strength);
-        strength * strength
+    let weight = |point: &P| {
+        let gradient = point.gradient();
+        gradient * gradient
     };
     let (mut count, mut total, mut mean, mut curvature) = (0_u16, 0.0, Vector2::zeros(), 0.0);
-    let points = indices.iter().filter_map(|index| points.get(usize::from(*index)));
-    let origin = points.clone().next()?.position;
+    let origin = points.clone().next()?.place();
     for point in points.clone() {
         let w = weight(point);
         count = count.saturating_add(1);
         total += w;
-        mean += (point.position - origin) * w;
-        curvature += f32::from(point.curvature);
+        mean += (point.place() - origin) * w;
+        curvature += f32::from(point.curvature());
     }
     if count < 3 || total <= 0.0 {
         return None;
@@ -74,7 +82,7 @@ pub(super) fn fit(
     let (mut s_tt, mut s_tn, mut s_nn) = (0.0, 0.0, 0.0);
     let mut extent = [f32::MAX, f32::MIN];
     for point in points {
-        let (w, offset) = (weight(point), point.position - centroid);
+        let (w, offset) = (weight(point), point.place() - centroid);
         let (t, n) = (tangent.dot(&offset), seed.dot(&offset));
         s_tt += w * t * t;
         s_tn += w * t * n;
@@ -96,9 +104,9 @@ pub(super) fn fit(
     let number = f32::from(count);
     let longer = normal.amax();
     let independent = (correlation_length(sampling.stride(normal)) * longer).max(1.0);
-    // s as stored counts half grey levels per pixel, D 256ths.
+    // D is stored in 256ths.
     let curvature = (curvature / number / 256.0).max(0.05);
-    let slope = 0.5 * GRADIENT_SCALE * curvature;
+    let slope = GRADIENT_SCALE * curvature;
     // The outer samples are weaker than the middle one by e^(−D/2), and their logarithms noisier.
     let noise = sampling.noise_std * sampling.noise_std * libm::expf(curvature);
     let point_variance = NOISE_GAIN * noise / (4.0 * slope * slope);

@@ -12,13 +12,13 @@ const ROWS: usize = CELLS[1] + 3;
 /// nodes (3.3 kB) stay below 0.01 px for Table 1's lens at 320×240.
 /// The grid lies in lent words, as the bits of its numbers.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct LensGrid<'a> {
+pub(crate) struct LensGrid<'a> {
     shift: &'a [u32],
     cells_by_pixel: Vector2<f32>,
 }
 
 /// Words of a grid.
-pub(super) const LENS_WORDS: usize = 2 * COLUMNS * ROWS;
+pub(crate) const LENS_WORDS: usize = 2 * COLUMNS * ROWS;
 
 /// Pixels between nodes.
 fn pitch(camera: &Camera<f32>) -> Vector2<f32> {
@@ -29,7 +29,7 @@ fn pitch(camera: &Camera<f32>) -> Vector2<f32> {
 
 impl<'a> LensGrid<'a> {
     /// Writes the grid of a camera's lens to words.
-    pub(super) fn write(camera: &Camera<f32>, words: &mut [u32]) {
+    pub(crate) fn write(camera: &Camera<f32>, words: &mut [u32]) {
         let pitch = pitch(camera);
         let lost = Vector2::repeat(f32::NAN);
         let (nodes, _) = words.as_chunks_mut::<2>();
@@ -44,13 +44,13 @@ impl<'a> LensGrid<'a> {
     }
 
     /// The grid of this camera that was written to these words.
-    pub(super) fn new(camera: &Camera<f32>, words: &'a [u32]) -> Self {
+    pub(crate) fn new(camera: &Camera<f32>, words: &'a [u32]) -> Self {
         Self { shift: words, cells_by_pixel: pitch(camera).map(|pitch| 1.0 / pitch) }
     }
 
     /// The ideal pixel, and the ideal direction of the picture's direction `tangent` there; `None` outside the
     /// lens model.
-    pub(super) fn ideal_from_pixel(
+    pub(crate) fn ideal_from_pixel(
         &self,
         pixel: Vector2<f32>,
         tangent: Vector2<f32>,

@@ -53,6 +53,14 @@ impl<'a> Members<'a> {
     }
 }
 
+/// The points with these indices.
+pub(super) fn at<'p>(
+    points: &'p [EdgePoint],
+    indices: &'p [u16],
+) -> impl Iterator<Item = &'p EdgePoint> + Clone {
+    indices.iter().filter_map(|index| points.get(usize::from(*index)))
+}
+
 /// Keeps the indices of the points to keep, in order; returns how many those are.
 pub(super) fn keep(points: &[EdgePoint], indices: &mut [u16], wanted: impl Fn(&EdgePoint) -> bool) -> usize {
     let mut left = 0;

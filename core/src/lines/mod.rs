@@ -37,13 +37,13 @@
 //! edges through collinearity of feature points", 1976.
 mod config;
 mod corner;
-mod edge;
-mod edge_search;
+pub(crate) mod edge;
+pub(crate) mod edge_search;
 mod extraction;
 mod extractor;
-mod fit;
+pub(crate) mod fit;
 mod hough;
-mod lens;
+pub(crate) mod lens;
 mod members;
 mod memory;
 mod search;

@@ -3,7 +3,7 @@ use super::edge::{EdgePoint, NO_OWNER, unit};
 use super::extraction::{Line, MAX_LINES};
 use super::fit::{Sampling, fit};
 use super::hough::{Accumulator, Pass, Peak, VOTE};
-use super::members::{Candidates, keep};
+use super::members::{Candidates, at, keep};
 use crate::sort::sort_by_key;
 use heapless::Vec;
 use nalgebra::Vector2;
@@ -127,7 +127,7 @@ impl Search<'_> {
             if (run.len() as f32) < self.least_points() {
                 return None;
             }
-            line = fit(points, members.get(run.clone())?, line.normal, self.sampling)?;
+            line = fit(at(points, members.get(run.clone())?), line.normal, self.sampling)?;
         }
         let density = f32::from(line.points) * self.sampling.stride(line.normal) as f32
             / (line.length() * line.normal.amax());

@@ -38,7 +38,7 @@ pub struct Stroke {
 
 impl Stroke {
     /// A solid, opaque line.
-    pub fn solid(colour: Colour, width: f32) -> Self {
+    pub const fn solid(colour: Colour, width: f32) -> Self {
         Self { colour, opacity: 1.0, width, dash: None }
     }
 }

@@ -3,7 +3,7 @@ use super::{
     floor,
 };
 use crate::{Result, files::Rig};
-use monorange_core::lines::{EdgePoint, Extraction};
+use monorange_core::lines::Extraction;
 use nalgebra::{Matrix2, Vector2};
 
 /// How a mark is drawn; never by its colour alone.
@@ -53,6 +53,8 @@ pub struct Overlay<'a> {
 
 /// Size of labels on the canvas, px.
 const LABEL: f32 = 13.0;
+const VERTICAL: Stroke = Stroke::solid(PURPLE, 2.2);
+const FLOOR: Stroke = Stroke::solid(YELLOW, 2.2);
 
 impl<'a> Overlay<'a> {
     /// A drawing at least `width` wide over a grey picture of the rig's size.
@@ -87,28 +89,47 @@ impl<'a> Overlay<'a> {
         self.legend.push(LegendItem::Line("1 m grid", Stroke { opacity: 0.5, ..Stroke::solid(WHITE, 1.2) }));
     }
 
-    /// Edge points and lines.
-    pub fn lines(&mut self, extraction: &Extraction, edges: &[EdgePoint]) {
+    /// Lines.
+    pub fn lines(&mut self, extraction: &Extraction) {
+        for (lines, stroke) in [(&extraction.vertical_lines, VERTICAL), (&extraction.floor_lines, FLOOR)] {
+            for line in lines {
+                self.canvas.polyline(&line.ends, stroke);
+            }
+        }
+        self.explain_lines();
+    }
+
+    /// Edge points as an ideal camera sees them, px, vertical lines, and the floor lines of proposals, the likelier the stronger.
+    #[cfg(feature = "proposals")]
+    pub fn proposals(
+        &mut self,
+        extraction: &monorange_core::proposals::Extraction,
+        edges: impl Iterator<Item = Vector2<f32>>,
+    ) {
         let camera = self.rig.finder.camera();
         for edge in edges {
-            // Edge points are kept where a camera without lens distortion would see them.
-            let ray = camera.ray_from_ideal(edge.ideal().cast());
+            let ray = camera.ray_from_ideal(edge.cast());
             if let Some(pixel) = camera.pixel_from_ray(ray) {
                 let place = self.canvas.place(pixel.cast());
                 self.canvas.dot(place, (self.canvas.scale() * 0.4).max(1.0), SKY, 0.75);
             }
         }
-        let (vertical, floor) = (Stroke::solid(PURPLE, 2.2), Stroke::solid(YELLOW, 2.2));
-        for (lines, stroke) in [(&extraction.vertical_lines, vertical), (&extraction.floor_lines, floor)] {
-            for line in lines {
-                self.canvas.polyline(&line.ends, stroke);
+        for line in &extraction.vertical_lines {
+            self.canvas.polyline(&line.ends, VERTICAL);
+        }
+        for (proposal, end) in extraction.proposals.iter().flat_map(|one| one.ends.map(|end| (one, end))) {
+            if end.x.is_finite() {
+                let likely = Stroke { opacity: 0.15 + 0.85 * proposal.probability, ..FLOOR };
+                self.canvas.polyline(&[proposal.pixel, end], likely);
             }
         }
-        if !edges.is_empty() {
-            self.legend.push(LegendItem::Mark("edge", SKY, Shape::Dot));
-        }
-        self.legend.push(LegendItem::Line("vertical", vertical));
-        self.legend.push(LegendItem::Line("floor edge", floor));
+        self.legend.push(LegendItem::Mark("edge", SKY, Shape::Dot));
+        self.explain_lines();
+    }
+
+    fn explain_lines(&mut self) {
+        self.legend.push(LegendItem::Line("vertical", VERTICAL));
+        self.legend.push(LegendItem::Line("floor edge", FLOOR));
     }
 
     /// Marks, each with the longest of its labels that has room.

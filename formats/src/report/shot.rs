@@ -35,7 +35,7 @@ pub fn shot(
 ) -> Result<Shot> {
     let mut overlay = Overlay::new(rig, pixels, 640)?;
     overlay.floor();
-    overlay.lines(extraction, &[]);
+    overlay.lines(extraction);
     overlay.explain(&[
         LegendItem::Mark("matched", ORANGE, Shape::Dot),
         LegendItem::Mark("new", GREEN, Shape::Plus),
