@@ -219,6 +219,7 @@ pub(super) fn verticals(points: &[EdgePoint], view: &View, tolerance: f32) -> Ve
             let oldest = chains.iter().enumerate().min_by(|a, b| a.1.last.y.total_cmp(&b.1.last.y));
             if let Some((k, _)) = oldest {
                 let done = chains.swap_remove(k);
+                all.lost += 1;
                 all.close(&done, view, tolerance);
             }
         }
