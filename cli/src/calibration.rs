@@ -2,8 +2,8 @@
 use crate::sequence::Sequence;
 use monorange_core::{
     calibration::{
-        DriveStep, Fitted, KnownPoint, MountFit, PointNoise, TrackedPoint, VerticalEdge, fit_drive,
-        fit_points, fit_points_robustly, fit_verticals, point_residual,
+        DriveStep, Explanation, Fitted, KnownPoint, MountFit, PointNoise, TrackedPoint, VerticalEdge,
+        deviations, explain_points, fit_drive, fit_points, fit_verticals, point_residual,
     },
     geometry::RangeFinder,
     lines::Corner,
@@ -106,23 +106,37 @@ impl Summary {
     }
 }
 
-/// The mount that sees the points where they were measured; the one that all others contradict is left out.
+/// The mount that sees the points where they were measured, and in the warnings what else explains them (see
+/// [`Explanation`]); `lever_arm` as [`explain_points`] has it.
 ///
 /// # Errors
-/// When the points do not determine what is to be fitted, or one of them is not on the floor at all.
+/// When the points do not determine what is to be fitted, or contradict each other and one is not on the floor at all.
 pub fn from_points(
     rig: &Rig,
     points: &[KnownPoint],
     noise: &PointNoise,
     fitted: Fitted,
+    lever_arm: bool,
 ) -> Result<Calibration> {
     let (camera, by_hand) = (rig.finder.camera(), rig.finder.mount());
-    if let Some(index) = points.iter().position(|point| rig.finder.sight(point.pixel).is_err()) {
-        let pixel = points.get(index).map_or(Vector2::zeros(), |point| point.pixel);
-        let cause = format!("point {} at pixel ({}, {}) does not see the floor", index + 1, pixel.x, pixel.y);
-        return Err(Error::new(cause).help("correct the pixel, or the mount in the rig file"));
+    let (fit, explanation) =
+        explain_points(camera, by_hand, points, noise, fitted, lever_arm).map_err(|error| {
+            let error = Error::new(error);
+            match first_above_horizon(rig, points) {
+                Some(words) => error.help(words),
+                None => error,
+            }
+        })?;
+    let bad = match explanation {
+        Explanation::OnePoint(index) => Some(index),
+        _ => None,
+    };
+    if explanation == Explanation::SeveralErrors
+        && let Some(words) = first_above_horizon(rig, points)
+    {
+        return Err(Error::new(words).help("correct the pixel, or the mount in the rig file"));
     }
-    let (fit, bad) = fit_points_robustly(camera, by_hand, points, noise, fitted).map_err(Error::new)?;
+    let fitted = if explanation == Explanation::LeverArm { fitted.and_lever_arm() } else { fitted };
     let percent = |finder: &RangeFinder<f64>, point: &KnownPoint| {
         let residual = point_residual(finder, point)?;
         Some([100.0 * residual.x / point.range_bearing.x, residual.y])
@@ -146,10 +160,47 @@ pub fn from_points(
     let used = residuals.iter().filter(|residual| residual.used);
     let summary = Summary::of(used.map(|residual| [residual.range_percent, residual.bearing]));
     let mut calibration = Calibration::new(Evidence::Points, points.len(), rig, fit);
-    calibration.warnings.extend(bad.map(|index: usize| {
-        format!("point {} contradicts all others and was left out: measure it again", index + 1)
-    }));
+    let far_off = |(index, point): (usize, &KnownPoint)| {
+        let [range, bearing] = deviations(&finder, point, noise)?;
+        let what = if range.abs() > bearing.abs() { "range" } else { "bearing" };
+        let times = range.abs().max(bearing.abs());
+        (times > 3.0).then(|| format!("point {} ({what}, {times:.0} times its deviation)", index + 1))
+    };
+    let [.., forward, left] = fit.mount.parameters();
+    match explanation {
+        Explanation::Noise => {}
+        Explanation::OnePoint(index) => calibration.warnings.push(format!(
+            "point {} contradicts all others and was left out: measure it again",
+            index + 1
+        )),
+        Explanation::LeverArm => calibration.warnings.push(format!(
+            "the points were not measured from below the lens: with forward = {forward:.3} m and left = {left:.3} m \
+             all of them fit, so these were fitted too; measure them, or give --fit to leave them out"
+        )),
+        Explanation::SeveralErrors => {
+            let named: Vec<_> = points.iter().enumerate().filter_map(far_off).collect();
+            calibration.warnings.push(format!(
+                "the residuals exceed what the deviations allow, and the worst count least: {}; measure these again, \
+                 or check the camera's calibration",
+                named.join(", ")
+            ));
+        }
+    }
+    let (by_hand, tilt) = (by_hand.tilt().to_degrees(), fit.mount.tilt().to_degrees());
+    if (tilt - by_hand).abs() > 4.0 {
+        calibration.warnings.push(format!(
+            "the tilt by hand, {by_hand:.1}°, is {:.1}° off the fitted one, {tilt:.1}°: is that what you see?",
+            (tilt - by_hand).abs()
+        ));
+    }
     Ok(Calibration { residuals, summary: Some(summary), ..calibration })
+}
+
+/// Names the first point that the mount by hand sees above the horizon or outside the picture.
+fn first_above_horizon(rig: &Rig, points: &[KnownPoint]) -> Option<String> {
+    let index = points.iter().position(|point| rig.finder.sight(point.pixel).is_err())?;
+    let pixel = points.get(index)?.pixel;
+    Some(format!("point {} at pixel ({}, {}) does not see the floor", index + 1, pixel.x, pixel.y))
 }
 
 /// Tilt and roll with which the pictures' vertical edges are vertical in the world.

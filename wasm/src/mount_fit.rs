@@ -36,14 +36,15 @@ pub fn fit_mount(camera: &Camera<f64>, first: &Mount<f64>, points: &[KnownPoint]
     }
     let measured: Vec<_> =
         points.iter().map(|point| Measured::from_place(point.pixel, point.point_in_robot)).collect();
-    let fit = fit_points(camera, first, measured.iter(), &PointNoise::default(), Fitted::ALL)?;
+    let fit = fit_points(camera, first, measured.iter(), &PointNoise::default(), Fitted::HEIGHT_AND_ANGLES)?;
     let finder = RangeFinder::new(*camera, fit.mount);
     let off = |point: &KnownPoint| {
         finder
             .floor_from_pixel(point.pixel)
             .map_or(f64::NAN, |seen| (seen - point.point_in_robot).norm_squared())
     };
-    let std = fit.std();
+    let [height, tilt, roll, yaw, ..] = fit.std();
+    let std = [height, tilt, roll, yaw];
     Ok(MountFit {
         parameters: fit.mount.parameters(),
         std,

@@ -18,7 +18,8 @@ use std::path::{Path, PathBuf};
 /// How the camera sits on the robot, from floor points of known place or from a sequence of pictures.
 ///
 /// Three kinds of evidence. `--points`: CSV `u,v,range,bearing` or `u,v,x,y` (m, rad, robot frame), by least
-/// squares; the one point that all others contradict is left out. `--frames` with `--odometry`: a drive, in which
+/// squares; one point that all others contradict is left out and named, a lens that is not above the place you measured
+/// from is found (forward, left), and where several measurements are bad they count less. `--frames` with `--odometry`: a drive, in which
 /// the floor's corners must move as the wheels say. `--frames` alone: edges that are vertical in the world, which
 /// tell tilt and roll. Gives each parameter with its standard deviation, and for points the residuals, also of every
 /// point from the fit to the others.
@@ -69,6 +70,8 @@ enum Parameter {
     Roll,
     Yaw,
     Height,
+    Forward,
+    Left,
 }
 
 /// Runs the command.
@@ -113,7 +116,14 @@ fn fitted(chosen: &[Parameter], all: Fitted) -> Fitted {
     if chosen.is_empty() {
         return all;
     }
-    let order = [Parameter::Height, Parameter::Tilt, Parameter::Roll, Parameter::Yaw];
+    let order = [
+        Parameter::Height,
+        Parameter::Tilt,
+        Parameter::Roll,
+        Parameter::Yaw,
+        Parameter::Forward,
+        Parameter::Left,
+    ];
     Fitted(order.map(|parameter| chosen.contains(&parameter)))
 }
 
@@ -138,7 +148,8 @@ fn from_points(arguments: &Arguments, rig: &Rig, path: &Path) -> Result<Calibrat
         bearing_std: arguments.bearing_std,
     };
     let noise = noise.validated().map_err(Error::new)?;
-    calibration::from_points(rig, &points, &noise, fitted(&arguments.fit, Fitted::ALL)).map_err(|error| {
+    let (chosen, free) = (fitted(&arguments.fit, Fitted::HEIGHT_AND_ANGLES), arguments.fit.is_empty());
+    calibration::from_points(rig, &points, &noise, chosen, free).map_err(|error| {
         error.at(path).help("add points, near and far, left and right, or fit less: --fit tilt,roll,yaw")
     })
 }
@@ -168,7 +179,7 @@ fn known_points(path: &Path) -> Result<Vec<KnownPoint>> {
 fn from_frames(arguments: &Arguments, rig: &Rig, frames: &Path) -> Result<Calibration> {
     let evidence = if arguments.odometry.is_some() { Evidence::Drive } else { Evidence::Verticals };
     let told = match evidence {
-        Evidence::Drive => Fitted::ALL,
+        Evidence::Drive => Fitted::HEIGHT_AND_ANGLES,
         _ => Fitted::TILT_AND_ROLL,
     };
     let chosen = fitted(&arguments.fit, told);

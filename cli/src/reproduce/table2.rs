@@ -20,9 +20,9 @@ const CALCULATED: [[f64; 2]; 5] =
 
 /// What was fitted, under its name.
 const FITS: [(&str, Fitted); 3] = [
-    ("yaw", Fitted([false, false, false, true])),
+    ("yaw", Fitted([false, false, false, true, false, false])),
     ("yaw, tilt, roll", Fitted::ANGLES),
-    ("yaw, tilt, roll, height", Fitted::ALL),
+    ("yaw, tilt, roll, height", Fitted::HEIGHT_AND_ANGLES),
 ];
 
 /// A tape's noise, and the paper's own of a pixel.
@@ -46,7 +46,7 @@ pub fn section() -> Result<Section> {
     }));
     let fits = FITS
         .iter()
-        .map(|(name, fitted)| Ok((*name, calibration::from_points(&rig, &points, &tape(), *fitted)?)))
+        .map(|(name, fitted)| Ok((*name, calibration::from_points(&rig, &points, &tape(), *fitted, false)?)))
         .collect::<Result<Vec<_>>>()?;
     let words = vec![
         "The published bearings are all low by the same 0.022 rad and the ranges err with a slope from left to right: a mount that is \
@@ -168,7 +168,7 @@ fn assumptions() -> Result<Figures> {
     );
     for (height, tilt) in [(0.30, 9.0), (0.40, 12.0), (0.50, 15.0), (0.60, 18.0)] {
         let rig = assumed(height, tilt)?;
-        let fit = calibration::from_points(&rig, &recovered(&rig)?, &tape(), Fitted::ANGLES)?;
+        let fit = calibration::from_points(&rig, &recovered(&rig)?, &tape(), Fitted::ANGLES, false)?;
         let summary =
             fit.summary.as_ref().map_or_else(|| [String::new(), String::new(), String::new()], cells);
         let yaw = fit.fit.mount.parameters()[3].to_degrees();
@@ -216,7 +216,7 @@ pub const REPLICA_NOISE: PointNoise =
 fn replica() -> Result<Figures> {
     let rig = Rig::new(default_rig().map_err(Error::new)?, PIXEL_STD, MOUNT_STD)?;
     let truth = hand_mounted(&rig.finder).map_err(Error::new)?;
-    let rows = [("nothing (mounted by hand)", Fitted([false; 4])), FITS[1], FITS[2]];
+    let rows = [("nothing (mounted by hand)", Fitted([false; 6])), FITS[1], FITS[2]];
     let mut residuals = vec![Vec::new(); rows.len()];
     let mut errors = vec![Vec::new(); rows.len()];
     let mut found = 0;
@@ -227,7 +227,7 @@ fn replica() -> Result<Figures> {
             let mount = match fitted.count() {
                 0 => *rig.finder.mount(),
                 count if 2 * points.len() <= count => continue,
-                _ => calibration::from_points(&rig, &points, &REPLICA_NOISE, *fitted)?.fit.mount,
+                _ => calibration::from_points(&rig, &points, &REPLICA_NOISE, *fitted, false)?.fit.mount,
             };
             let finder = RangeFinder::new(*rig.finder.camera(), mount);
             residuals.extend(points.iter().filter_map(|point| {

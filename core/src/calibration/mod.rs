@@ -5,11 +5,11 @@
 //!
 //! | evidence | tells | where |
 //! |---|---|---|
-//! | floor points of known place | all four | [`fit_points`], [`fit_points_robustly`] |
+//! | floor points of known place | all six | [`fit_points`], [`explain_points`] |
 //! | edges that are vertical in the world | tilt and roll | [`fit_verticals`] |
-//! | a drive with odometry | all four | [`fit_drive`]; or the filter's own mount states ([`MountError::Estimated`]) |
+//! | a drive with odometry | height and angles | [`fit_drive`]; or the filter's own mount states ([`MountError::Estimated`]) |
 //!
-//! They are weighted least squares over any subset of m = (height, tilt, roll, yaw):
+//! They are weighted least squares over any subset of m = (height, tilt, roll, yaw, forward, left):
 //!
 //! ```text
 //! minimise   Σᵢ rᵢ(m)ᵀ Wᵢ rᵢ(m),      (Σ Jᵢᵀ Wᵢ Jᵢ + λ diag) δ = Σ Jᵢᵀ Wᵢ rᵢ      (Levenberg, Marquardt)
@@ -18,7 +18,7 @@
 //!
 //! | symbol | in code | shape | unit |
 //! |---|---|---|---|
-//! | m | `Mount::parameters()[..4]` | 4 | m, rad |
+//! | m | `Mount::parameters()` | 6 | m, rad |
 //! | r | residual, observed − seen through m | 2 a point, 1 an edge | m, rad; px; 1 |
 //! | W | inverse covariance of r | 2×2 / 1 | |
 //! | dof | numbers observed − parameters fitted | | |
@@ -29,28 +29,36 @@
 //!
 //! [`MountError::Estimated`]: crate::pipeline::MountError::Estimated
 mod drive;
+mod explanation;
 mod points;
 mod verticals;
 
 pub use drive::{DriveStep, TrackedPoint, fit_drive};
-pub use points::{KnownPoint, PointNoise, fit_points, fit_points_robustly, point_residual};
+pub use explanation::{Explanation, explain_points};
+pub use points::{KnownPoint, PointNoise, deviations, fit_points, point_residual};
 pub use verticals::{VerticalEdge, fit_verticals};
 
 use crate::geometry::{MOUNT_PARAMETERS, Mount};
 use crate::{Error, Result};
-use nalgebra::{Matrix4, Vector4};
+use nalgebra::{Matrix6, Vector6};
 
-/// Which of height, tilt, roll and yaw are fitted; the others stay as they are.
+/// Which of height, tilt, roll, yaw, forward and left are fitted; the others stay as they are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Fitted(pub [bool; 4]);
+pub struct Fitted(pub [bool; 6]);
 
 impl Fitted {
-    /// All four.
-    pub const ALL: Self = Self([true; 4]);
+    /// Height and attitude; the lever arm as given.
+    pub const HEIGHT_AND_ANGLES: Self = Self([true, true, true, true, false, false]);
     /// The camera's attitude; height as given.
-    pub const ANGLES: Self = Self([false, true, true, true]);
+    pub const ANGLES: Self = Self([false, true, true, true, false, false]);
     /// What vertical edges tell.
-    pub const TILT_AND_ROLL: Self = Self([false, true, true, false]);
+    pub const TILT_AND_ROLL: Self = Self([false, true, true, false, false, false]);
+
+    /// The same, and the lever arm.
+    pub fn and_lever_arm(self) -> Self {
+        let [height, tilt, roll, yaw, ..] = self.0;
+        Self([height, tilt, roll, yaw, true, true])
+    }
 
     /// How many.
     pub fn count(self) -> usize {
@@ -63,8 +71,8 @@ impl Fitted {
 pub struct MountFit {
     /// The mount.
     pub mount: Mount<f64>,
-    /// Covariance of height (m), tilt, roll, yaw (rad); rows and columns of what was not fitted are 0.
-    pub covariance: Matrix4<f64>,
+    /// Covariance of height (m), tilt, roll, yaw (rad), forward, left (m); rows and columns of what was not fitted are 0.
+    pub covariance: Matrix6<f64>,
     /// Σ rᵀ W r at the end.
     pub cost: f64,
     /// Numbers observed, less parameters fitted.
@@ -72,15 +80,20 @@ pub struct MountFit {
 }
 
 impl MountFit {
-    /// Standard deviations of height (m), tilt, roll and yaw (rad); 0 where not fitted.
-    pub fn std(&self) -> [f64; 4] {
+    /// Standard deviations of height (m), tilt, roll, yaw (rad), forward and left (m); 0 where not fitted.
+    pub fn std(&self) -> [f64; 6] {
         self.covariance.diagonal().map(libm::sqrt).into()
+    }
+
+    /// Whether the residuals agree with the stated noise, by χ² at 99 %.
+    pub fn is_consistent(&self) -> bool {
+        self.cost <= chi_square_99(self.freedom)
     }
 
     /// Two parameters that the evidence cannot tell apart, and their correlation, where that is beyond ±0.98.
     pub fn indistinct(&self) -> Option<([&'static str; 2], f64)> {
         let std = self.std();
-        let names = || MOUNT_PARAMETERS.into_iter().zip(std).enumerate().take(4);
+        let names = || MOUNT_PARAMETERS.into_iter().zip(std).enumerate();
         let pairs = names().flat_map(|one| names().skip(one.0 + 1).map(move |other| (one, other)));
         pairs
             .filter(|((_, (_, one)), (_, (_, other)))| *one > 0.0 && *other > 0.0)
@@ -96,8 +109,8 @@ impl MountFit {
 /// The sums of a least-squares step at one mount.
 #[derive(Clone, Copy, Debug, Default)]
 struct Normal {
-    matrix: Matrix4<f64>,
-    gradient: Vector4<f64>,
+    matrix: Matrix6<f64>,
+    gradient: Vector6<f64>,
     cost: f64,
     count: usize,
 }
@@ -131,13 +144,13 @@ fn solve(first: &Mount<f64>, fitted: Fitted, at: impl Fn(&Mount<f64>) -> Option<
     let information = chosen(&normal.matrix, fitted);
     // Scaled to a unit diagonal, so that metres and radians do not decide what counts as singular.
     let scale = information.diagonal().map(|entry| 1.0 / libm::sqrt(entry));
-    let scaled = Matrix4::from_diagonal(&scale) * information * Matrix4::from_diagonal(&scale);
+    let scaled = Matrix6::from_diagonal(&scale) * information * Matrix6::from_diagonal(&scale);
     let least = scaled.symmetric_eigenvalues().min();
     if least.is_nan() || least <= 1e-12 {
         return Err(undetermined(normal.count));
     }
     let inverse = scaled.cholesky().ok_or(undetermined(normal.count))?.inverse();
-    let mut covariance = Matrix4::from_diagonal(&scale) * inverse * Matrix4::from_diagonal(&scale);
+    let mut covariance = Matrix6::from_diagonal(&scale) * inverse * Matrix6::from_diagonal(&scale);
     for (index, _) in fitted.0.iter().enumerate().filter(|(_, fitted)| !**fitted) {
         covariance.row_mut(index).fill(0.0);
         covariance.column_mut(index).fill(0.0);
@@ -157,16 +170,16 @@ fn undetermined(count: usize) -> Error {
 }
 
 /// The matrix with the identity where a parameter is not fitted.
-fn chosen(matrix: &Matrix4<f64>, fitted: Fitted) -> Matrix4<f64> {
-    let keep = Matrix4::from_diagonal(&Vector4::from(fitted.0.map(|fitted| f64::from(u8::from(fitted)))));
-    keep * matrix * keep + (Matrix4::identity() - keep)
+fn chosen(matrix: &Matrix6<f64>, fitted: Fitted) -> Matrix6<f64> {
+    let keep = Matrix6::from_diagonal(&Vector6::from(fitted.0.map(|fitted| f64::from(u8::from(fitted)))));
+    keep * matrix * keep + (Matrix6::identity() - keep)
 }
 
-fn masked(vector: &Vector4<f64>, fitted: Fitted) -> Vector4<f64> {
-    vector.component_mul(&Vector4::from(fitted.0.map(|fitted| f64::from(u8::from(fitted)))))
+fn masked(vector: &Vector6<f64>, fitted: Fitted) -> Vector6<f64> {
+    vector.component_mul(&Vector6::from(fitted.0.map(|fitted| f64::from(u8::from(fitted)))))
 }
 
-fn moved(mount: &Mount<f64>, step: &Vector4<f64>) -> Option<Mount<f64>> {
+fn moved(mount: &Mount<f64>, step: &Vector6<f64>) -> Option<Mount<f64>> {
     let mut parameters = mount.parameters();
     for (parameter, change) in parameters.iter_mut().zip(step.iter()) {
         *parameter += *change;

@@ -63,7 +63,7 @@ impl Default for PointNoise {
 ///     KnownPoint::from_place(pixel, truth.floor_from_pixel(pixel).expect("below the horizon"))
 /// });
 /// let by_hand = Mount::new([0.42, 0.22, 0.0, 0.0, 0.0, 0.0])?;
-/// let fit = fit_points(&camera, &by_hand, points.iter(), &PointNoise::default(), Fitted::ALL)?;
+/// let fit = fit_points(&camera, &by_hand, points.iter(), &PointNoise::default(), Fitted::HEIGHT_AND_ANGLES)?;
 /// assert!((fit.mount.height() - 0.4).abs() < 1e-9);
 /// # Ok::<(), monorange_core::Error>(())
 /// ```
@@ -89,53 +89,6 @@ pub fn fit_points<'a>(
     })
 }
 
-/// As [`fit_points`], but leaves out the one point that the others contradict, if there is one, and says which.
-///
-/// Each point is judged by the fit to the others: with d² its squared residual there, whitened by its noise and the
-/// fit's covariance, it is bad where d²/2 exceeds the 99.9 % quantile of F(2, dof), (dof/2)(0.001^(−2/dof) − 1),
-/// times the others' own s² (at least 1). Five points and three parameters are enough.
-///
-/// # Errors
-/// As [`fit_points`].
-pub fn fit_points_robustly(
-    camera: &Camera<f64>,
-    first: &Mount<f64>,
-    points: &[KnownPoint],
-    noise: &PointNoise,
-    fitted: Fitted,
-) -> Result<(MountFit, Option<usize>)> {
-    let all = fit_points(camera, first, points.iter(), noise, fitted);
-    let mut worst: Option<(f64, usize, MountFit)> = None;
-    for (index, point) in points.iter().enumerate() {
-        let others = points.iter().enumerate().filter(|(other, _)| *other != index).map(|(_, point)| point);
-        let Ok(fit) = fit_points(camera, first, others, noise, fitted) else { continue };
-        if fit.freedom == 0 {
-            continue;
-        }
-        let dof = fit.freedom as f64;
-        let quantile = 0.5 * dof * (libm::pow(0.001, -2.0 / dof) - 1.0);
-        let finder = RangeFinder::new(*camera, fit.mount);
-        let ratio = match residual(&finder, point, noise) {
-            // Above the horizon of a fit that suits all others.
-            None => f64::INFINITY,
-            Some((residual, covariance, by_mount)) => {
-                let spread = (fit.cost / dof).max(1.0);
-                let predicted = covariance * spread + by_mount * fit.covariance * by_mount.transpose();
-                let distance =
-                    predicted.try_inverse().map_or(0.0, |inverse| residual.dot(&(inverse * residual)));
-                0.5 * distance / quantile
-            }
-        };
-        if ratio > 1.0 && worst.is_none_or(|(before, ..)| ratio > before) {
-            worst = Some((ratio, index, fit));
-        }
-    }
-    match worst {
-        Some((_, index, fit)) => Ok((fit, Some(index))),
-        None => all.map(|fit| (fit, None)),
-    }
-}
-
 /// (range, bearing) as measured less as seen through the finder; `None` where the pixel does not see the floor.
 pub fn point_residual(finder: &RangeFinder<f64>, point: &KnownPoint) -> Option<Vector2<f64>> {
     let seen = finder.sight(point.pixel).ok()?;
@@ -146,17 +99,24 @@ fn difference(point: &KnownPoint, range: f64, bearing: f64) -> Vector2<f64> {
     Vector2::new(point.range_bearing.x - range, wrap_angle(point.range_bearing.y - bearing))
 }
 
+/// The residual of a point's range and of its bearing, each in standard deviations; `None` where the pixel does not see
+/// the floor.
+pub fn deviations(finder: &RangeFinder<f64>, point: &KnownPoint, noise: &PointNoise) -> Option<[f64; 2]> {
+    let (residual, covariance, _) = residual(finder, point, noise)?;
+    Some([residual.x / libm::sqrt(covariance.m11), residual.y / libm::sqrt(covariance.m22)])
+}
+
 /// The residual, its covariance, and ∂(range, bearing)/∂m.
-fn residual(
+pub(super) fn residual(
     finder: &RangeFinder<f64>,
     point: &KnownPoint,
     noise: &PointNoise,
-) -> Option<(Vector2<f64>, Matrix2<f64>, SMatrix<f64, 2, 4>)> {
+) -> Option<(Vector2<f64>, Matrix2<f64>, SMatrix<f64, 2, 6>)> {
     let seen = finder.sight(point.pixel).ok()?;
     let of_pixel = seen.noise(&(Matrix2::identity() * (noise.pixel_std_px * noise.pixel_std_px)));
     let range_std = noise.range_std_share * point.range_bearing.x;
     let of_tape = Matrix2::new(range_std * range_std, 0.0, 0.0, noise.bearing_std * noise.bearing_std);
-    let by_mount = seen.by_mount.fixed_columns::<4>(0).into_owned();
+    let by_mount = seen.by_mount;
     Some((difference(point, seen.range, seen.bearing), of_pixel + of_tape, by_mount))
 }
 
@@ -209,7 +169,7 @@ mod tests {
 
     #[test]
     fn exact_points_give_the_mount_back() {
-        let fit = fit(&points(&SPREAD), Fitted::ALL).unwrap();
+        let fit = fit(&points(&SPREAD), Fitted::HEIGHT_AND_ANGLES).unwrap();
         for (fitted, is) in fit.mount.parameters().iter().zip(TRUE) {
             assert!((fitted - is).abs() < 1e-6, "{fit:?}");
         }
@@ -224,37 +184,15 @@ mod tests {
 
     #[test]
     fn points_at_one_distance_do_not_tell_height_from_tilt() {
-        let row = fit(&points(&[(40.0, 160.0), (160.0, 160.0), (280.0, 161.0)]), Fitted::ALL);
+        let row = fit(&points(&[(40.0, 160.0), (160.0, 160.0), (280.0, 161.0)]), Fitted::HEIGHT_AND_ANGLES);
         let warned =
             row.map_or(true, |fit| fit.indistinct().is_some_and(|(names, _)| names == ["height", "tilt"]));
         assert!(warned, "{row:?}");
     }
 
     #[test]
-    fn one_bad_point_is_found_and_left_out() {
-        for bad in 0..SPREAD.len() {
-            let mut points = points(&SPREAD);
-            points[bad].range_bearing.x *= 1.4;
-            let first = Mount::new([0.4, 0.2, 0.0, 0.0, 0.0, 0.0]).unwrap();
-            let noise = PointNoise { pixel_std_px: 0.1, ..PointNoise::default() };
-            let (fit, left_out) =
-                fit_points_robustly(&camera(), &first, &points, &noise, Fitted::ANGLES).unwrap();
-            assert_eq!(left_out, Some(bad), "{fit:?}");
-        }
-    }
-
-    #[test]
-    fn good_points_are_all_kept() {
-        let first = Mount::new([0.4, 0.2, 0.0, 0.0, 0.0, 0.0]).unwrap();
-        let (_, left_out) =
-            fit_points_robustly(&camera(), &first, &points(&SPREAD), &PointNoise::default(), Fitted::ALL)
-                .unwrap();
-        assert_eq!(left_out, None);
-    }
-
-    #[test]
     fn too_few_points_are_refused() {
-        assert!(fit(&points(&[(40.0, 160.0)]), Fitted::ALL).is_err());
+        assert!(fit(&points(&[(40.0, 160.0)]), Fitted::HEIGHT_AND_ANGLES).is_err());
         assert!(fit(&[], Fitted::ANGLES).is_err());
     }
 }

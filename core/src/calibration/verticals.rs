@@ -17,7 +17,7 @@ use super::{Fitted, MountFit, Normal, solve};
 use crate::geometry::{Camera, Mount};
 use crate::lines::Line;
 use crate::{Error, Result};
-use nalgebra::{Matrix2, Vector2, Vector3, Vector4};
+use nalgebra::{Matrix2, Vector2, Vector3, Vector6};
 
 /// An edge in rays (x, y) = (X/Z, Y/Z) of the camera, lens distortion removed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,7 +68,7 @@ pub fn fit_verticals(
     edges: &[VerticalEdge],
     fitted: Fitted,
 ) -> Result<(MountFit, usize)> {
-    let fitted = Fitted([false, fitted.0[1], fitted.0[2], false]);
+    let fitted = Fitted([false, fitted.0[1], fitted.0[2], false, false, false]);
     if edges.len() < 2 {
         return Err(Error::Size { name: "vertical edges", got: edges.len(), expected: 2 });
     }
@@ -132,7 +132,7 @@ fn fit(
 }
 
 /// The residual, its variance and ∂r/∂m.
-fn residual(mount: &Mount<f64>, edge: &VerticalEdge) -> (f64, f64, Vector4<f64>) {
+fn residual(mount: &Mount<f64>, edge: &VerticalEdge) -> (f64, f64, Vector6<f64>) {
     let [_, tilt, roll, ..] = mount.parameters();
     let (st, ct) = (libm::sin(tilt), libm::cos(tilt));
     let (sr, cr) = (libm::sin(roll), libm::cos(roll));
@@ -144,7 +144,7 @@ fn residual(mount: &Mount<f64>, edge: &VerticalEdge) -> (f64, f64, Vector4<f64>)
     let along = Vector2::new(-edge.normal.y, edge.normal.x);
     let lever = along.dot(&(up.xy() - edge.centroid * up.z));
     let variance = edge.var_angle * lever * lever + edge.var_position * up.z * up.z;
-    (line.dot(&up), variance, Vector4::new(0.0, line.dot(&by_tilt), line.dot(&by_roll), 0.0))
+    (line.dot(&up), variance, Vector6::new(0.0, line.dot(&by_tilt), line.dot(&by_roll), 0.0, 0.0, 0.0))
 }
 
 #[cfg(test)]
@@ -177,7 +177,7 @@ mod tests {
             [[2.0, 0.8], [3.0, -0.9], [2.5, 0.1], [4.0, 1.0]].map(|place| edge(&truth, place, 0.0)).into();
         edges.push(edge(&truth, [2.2, 0.4], 0.05));
         let by_hand = Mount::new([0.4, 0.21, 0.0, 0.0, 0.0, 0.0]).unwrap();
-        let (fit, used) = fit_verticals(&by_hand, &edges, Fitted::ALL).unwrap();
+        let (fit, used) = fit_verticals(&by_hand, &edges, Fitted::HEIGHT_AND_ANGLES).unwrap();
         let [_, tilt, roll, ..] = fit.mount.parameters();
         assert_eq!(used, 4);
         assert!((tilt - 0.2).abs() < 1e-9 && (roll - 0.014).abs() < 1e-9, "{fit:?}");
@@ -201,6 +201,6 @@ mod tests {
     #[test]
     fn one_edge_is_too_few() {
         let mount = Mount::new([0.4, 0.2, 0.0, 0.0, 0.0, 0.0]).unwrap();
-        assert!(fit_verticals(&mount, &[edge(&mount, [2.0, 0.0], 0.0)], Fitted::ALL).is_err());
+        assert!(fit_verticals(&mount, &[edge(&mount, [2.0, 0.0], 0.0)], Fitted::HEIGHT_AND_ANGLES).is_err());
     }
 }

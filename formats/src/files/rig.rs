@@ -140,7 +140,7 @@ impl Rig {
 ///
 /// # Errors
 /// When the text is not a rig file's.
-pub fn with_mount(path: &Path, text: &str, out: &Path, mount: &Mount<f64>, std: [f64; 4]) -> Result<String> {
+pub fn with_mount(path: &Path, text: &str, out: &Path, mount: &Mount<f64>, std: [f64; 6]) -> Result<String> {
     let mut document: toml_edit::DocumentMut =
         text.parse().map_err(|error: toml_edit::TomlError| Error::new(error.message()).at(path))?;
     let section = document.entry("mount").or_insert(toml_edit::table());
