@@ -5,7 +5,7 @@ use monorange_core::{
         DriveStep, Explanation, Fitted, KnownPoint, MountFit, PointNoise, TrackedPoint, VerticalEdge,
         deviations, explain_points, fit_drive, fit_points, fit_verticals, point_residual,
     },
-    geometry::RangeFinder,
+    geometry::{Mount, RangeFinder},
     lines::Corner,
     pipeline::{Carrier, Config, Memory, MotionFrom, MountError, Odometry, OnHeap, Pipeline},
     slam::Decision,
@@ -186,14 +186,22 @@ pub fn from_points(
             ));
         }
     }
-    let (by_hand, tilt) = (by_hand.tilt().to_degrees(), fit.mount.tilt().to_degrees());
-    if (tilt - by_hand).abs() > 4.0 {
-        calibration.warnings.push(format!(
-            "the tilt by hand, {by_hand:.1}°, is {:.1}° off the fitted one, {tilt:.1}°: is that what you see?",
-            (tilt - by_hand).abs()
-        ));
-    }
+    calibration.warnings.extend(far_from_by_hand(by_hand, &fit.mount));
     Ok(Calibration { residuals, summary: Some(summary), ..calibration })
+}
+
+/// What a person measured and the points contradict: a tilt that is 4° off, a height that is a quarter off.
+fn far_from_by_hand(by_hand: &Mount<f64>, fitted: &Mount<f64>) -> Vec<String> {
+    let [hand, fit] = [by_hand, fitted].map(|mount| (mount.height(), mount.tilt().to_degrees()));
+    let mut words = Vec::new();
+    if (fit.1 - hand.1).abs() > 4.0 {
+        words.push(format!("the tilt by hand, {:.1}°, is {:.1}° off", hand.1, (fit.1 - hand.1).abs()));
+    }
+    if !(0.8..1.25).contains(&(fit.0 / hand.0)) {
+        words.push(format!("the height by hand, {:.2} m, is {:.2} m off", hand.0, (fit.0 - hand.0).abs()));
+    }
+    let remedy = "if the fitted value cannot be right, check the units and the order of the points' columns";
+    words.into_iter().map(|words| format!("{words}; {remedy}")).collect()
 }
 
 /// Names the first point that the mount by hand sees above the horizon or outside the picture.
