@@ -31,7 +31,8 @@ pub(crate) fn widest<A, R>(arguments: A, wide: impl FnOnce(A) -> R + Copy, plain
     widest_of_three(arguments, wide, wide, plain)
 }
 
-/// As [`widest`], with a copy of its own, `wider`, for AVX-512: where not all is inlined, two must not share what is not.
+/// As [`widest`], with a function of its own, `wider`, for AVX-512. Each width needs its own copy of all that is not inlined: a
+/// function that two widths shared would be compiled for only one of them.
 #[inline(always)]
 pub(crate) fn widest_of_three<A, R>(
     arguments: A,

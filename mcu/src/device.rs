@@ -18,7 +18,7 @@ use crate::{
 };
 use embedded_io::Write;
 use monorange_protocol::{
-    VERSION,
+    VERSION, conversion,
     frame::{Damage, Deframer, Frame},
     message::*,
 };
@@ -211,7 +211,9 @@ impl<E: Engine> Dispatch<E> {
                 self.answers = configure.answers;
                 self.forget();
             }
-            Err(_) => self.fault(Cause::Configuration, 0, port),
+            Err(error) => {
+                self.fault(Cause::Configuration, conversion::number_of_refused(&error).into(), port)
+            }
         }
         self.introduce::<B>(port);
     }

@@ -190,7 +190,8 @@ impl Engine for Mapper {
             return Err(Error::OutOfRange { name: "binning", value: binning.into(), expected: "1 or 2" });
         }
         // Everything is checked before the old pipeline gives its memory up.
-        let config = conversion::config_from_message(configuration)?.checked()?;
+        let config = conversion::config_from_message(configuration)?;
+        config.validated()?;
         config.needs_no_features()?;
         let camera = config.finder.camera();
         at_most("camera.width", camera.width(), WIDTH)?;

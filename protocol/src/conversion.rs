@@ -1,8 +1,12 @@
 //! Messages ↔ the core's own types (feature `core`): the one place where they meet, used at both ends of the line.
-use crate::message::{self, Camera, Configure, Mount, Settings};
+mod settings;
+
+pub use settings::{number_of_refused, settings_from_config, take_settings};
+
+use crate::message::{self, Camera, Configure, Mount};
 use monorange_core::{
-    Result, association, geometry, lines,
-    pipeline::{self, Config, MotionNoise},
+    Result, geometry,
+    pipeline::{self, Config},
     slam,
 };
 
@@ -23,44 +27,8 @@ macro_rules! same_choices {
 }
 
 same_choices! {
-    message::MountError => pipeline::MountError { Exact, Estimated };
-    message::Model => pipeline::Model { RangeBearing, Pixel };
-    message::Variant => slam::Variant { Invariant, Textbook, FirstEstimates };
-    message::CovarianceForm => slam::Covariance { Packed, Factored };
-    message::Gate => association::Gate { Soft, Hard, Open };
-    message::Pairing => slam::Pairing { Joint, Nearest };
     message::Decision => slam::Decision { Update, Birth, Gated, Tentative, Rejected };
 }
-
-/// Both ways between a message's settings and the core's, whose fields have the same names; those after `with` take a function
-/// each way. Settings of the core that this version of the protocol does not know stay as they are, at both ends.
-macro_rules! same_settings {
-    ($to_core:ident, $to_wire:ident, $wire:path => $core:path { $($field:ident),* $(,)? }
-     $(with $special:ident ($in:expr, $out:expr))?) => {
-        #[allow(unused_variables, clippy::needless_update, reason = "the core may gain settings before the protocol does")]
-        fn $to_core(wire: &$wire, base: $core) -> $core {
-            $core { $($field: wire.$field.into(),)* $($special: $in(wire.$special),)? ..base }
-        }
-        fn $to_wire(core: &$core) -> $wire {
-            $wire { $($field: core.$field.into(),)* $($special: $out(core.$special),)? }
-        }
-    };
-}
-
-same_settings!(motion_to_core, motion_to_wire, message::MotionSettings => MotionNoise {
-    speed_by_speed, turn_by_turn, turn_by_speed, slip_by_speed, speed_floor, turn_floor,
-});
-same_settings!(filter_to_core, filter_to_wire, message::FilterSettings => slam::FilterConfig::<f32> {
-    variant, covariance, gate, gate_nis, range_prior, linearity,
-});
-same_settings!(map_to_core, map_to_wire, message::MapSettings => slam::MapConfig::<f32> {
-    pairing, match_nis, birth_nis, confirm, within, forget, delete_after, merge_distance, merge_missed,
-} with joint_nodes(|nodes: u32| nodes as usize, |nodes: usize| u32::try_from(nodes).unwrap_or(u32::MAX)));
-same_settings!(extract_to_core, extract_to_wire, message::ExtractSettings => lines::ExtractConfig {
-    edge_threshold, floor_top, floor_spread, vertical_spread, gravity_tolerance, direction_tolerance, min_vertical_length,
-    min_floor_length, max_gap_px, reach_px, floor_reach_px, overshoot_px, skirting_height, min_bound_length, max_width_px,
-    min_crossing,
-} with opening(usize::from, |opening: usize| u8::try_from(opening).unwrap_or(u8::MAX)));
 
 /// Pixels of a picture that is sent in pixels of the camera's: with 2 × 2 binning the centre of the first one lies
 /// at (0.5, 0.5).
@@ -78,7 +46,7 @@ pub fn sent_from_camera(camera: f32, binning: u8) -> f32 {
 /// The configuration of a pipeline for the pictures that are sent.
 ///
 /// # Errors
-/// The first value that is out of range.
+/// The first value that is out of range, or that this target does not know.
 pub fn config_from_message(configure: &Configure) -> Result<Config> {
     let Configure { camera, mount, settings, binning, .. } = configure;
     let factor = usize::from((*binning).clamp(1, 2));
@@ -95,14 +63,7 @@ pub fn config_from_message(configure: &Configure) -> Result<Config> {
     let finder = geometry::RangeFinder::new(camera, geometry::Mount::new(mount.parameters)?);
     let mut config = Config::new(finder);
     config.mount_std = mount.std;
-    config.mount_error = settings.mount_error.into();
-    config.model = settings.model.into();
-    config.corner_std_floor_px = settings.corner_std_floor_px;
-    config.min_depression = settings.min_depression;
-    config.motion = motion_to_core(&settings.motion, config.motion);
-    config.filter = filter_to_core(&settings.filter, config.filter);
-    config.map = map_to_core(&settings.map, config.map);
-    config.extract = extract_to_core(&settings.extract, config.extract);
+    take_settings(&settings.0, &mut config)?;
     Ok(config)
 }
 
@@ -127,16 +88,7 @@ pub fn message_from_config(config: &Config, answers: message::Answers) -> Config
         mount: Mount { parameters: config.finder.mount().parameters(), std: config.mount_std },
         binning: 1,
         answers,
-        settings: Settings {
-            mount_error: config.mount_error.into(),
-            model: config.model.into(),
-            corner_std_floor_px: config.corner_std_floor_px,
-            min_depression: config.min_depression,
-            filter: filter_to_wire(&config.filter),
-            map: map_to_wire(&config.map),
-            motion: motion_to_wire(&config.motion),
-            extract: extract_to_wire(&config.extract),
-        },
+        settings: settings_from_config(config),
     }
 }
 
@@ -222,7 +174,7 @@ mod tests {
         let camera = geometry::Camera::new(320, 240, [365.0, 366.0], [145.5, 114.25], 0.001, lens).unwrap();
         let mount = geometry::Mount::new([0.4, 0.2, 0.01, -0.02, 0.05, 0.0]).unwrap();
         let mut config = Config::new(RangeFinder::new(camera, mount));
-        config.filter.gate = association::Gate::Hard;
+        config.filter.gate = monorange_core::association::Gate::Hard;
         config.map.joint_nodes = 100;
         config
     }

@@ -1,6 +1,8 @@
-//! The test vectors of `SPEC.md` are what this crate sends. After a wanted change:
+//! The test vectors of `SPEC.md` are what this crate sends, and its table of settings is the core's. After a wanted change:
 //! `MONORANGE_BLESS=1 cargo test -p monorange-protocol --test vectors`.
 use heapless::Vec as Few;
+use monorange_core::pipeline::{self, Config};
+use monorange_core::setting::{Setting, Value};
 use monorange_protocol::{
     frame::{Deframer, LinkCounts, MAX_ENCODED},
     message::*,
@@ -13,61 +15,9 @@ fn few<T: Clone + std::fmt::Debug, const N: usize>(items: &[T]) -> Few<T, N> {
     Few::from_slice(items).unwrap()
 }
 
-/// Every number another one, so that a field out of order shows.
+/// `association.caution` at 4.5, `association.confirm` at 200 and `filter.gate` at its second word.
 fn settings() -> Settings {
-    Settings {
-        mount_error: MountError::Estimated,
-        model: Model::Pixel,
-        corner_std_floor_px: 0.3,
-        min_depression: 0.035,
-        filter: FilterSettings {
-            variant: Variant::FirstEstimates,
-            covariance: CovarianceForm::Packed,
-            gate: Gate::Hard,
-            gate_nis: [6.625, 9.25],
-            range_prior: [4.0, 3.0],
-            linearity: 0.1,
-        },
-        map: MapSettings {
-            pairing: Pairing::Nearest,
-            match_nis: [6.5, 9.0],
-            birth_nis: 25.0,
-            confirm: 3,
-            within: 6,
-            forget: 50,
-            delete_after: 0,
-            merge_distance: 0.25,
-            merge_missed: 4,
-            joint_nodes: 256,
-        },
-        motion: MotionSettings {
-            speed_by_speed: 0.05,
-            turn_by_turn: 0.0625,
-            turn_by_speed: 0.07,
-            slip_by_speed: 0.01,
-            speed_floor: 0.001,
-            turn_floor: 0.002,
-        },
-        extract: ExtractSettings {
-            edge_threshold: 4.0,
-            opening: 5,
-            floor_top: 0.2,
-            floor_spread: 1.0,
-            vertical_spread: 0.4375,
-            gravity_tolerance: 0.07,
-            direction_tolerance: 0.16,
-            min_vertical_length: 0.08,
-            min_floor_length: 0.06,
-            max_gap_px: 6.0,
-            reach_px: 7.0,
-            floor_reach_px: 8.0,
-            overshoot_px: 3.0,
-            skirting_height: 0.125,
-            min_bound_length: 0.05,
-            max_width_px: 4.5,
-            min_crossing: 0.35,
-        },
-    }
+    Settings(few(&[BY_NUMBER, 46, 0x00, 0x00, 0x90, 0x40, 14, 0xc8, 0x01, 7, 1]))
 }
 
 fn host_messages() -> Vec<HostMessage<'static>> {
@@ -246,19 +196,59 @@ fn chapter() -> String {
     text
 }
 
+/// The settings as rows of a table: the core's names, numbers, ranges and defaults.
+fn settings_table() -> String {
+    let camera =
+        monorange_core::geometry::Camera::new(320, 240, [365.0; 2], [160.0, 120.0], 0.0, Default::default());
+    let mount = monorange_core::geometry::Mount::new([0.4, 0.2, 0.0, 0.0, 0.0, 0.0]);
+    let finder = monorange_core::geometry::RangeFinder::new(camera.unwrap(), mount.unwrap());
+    let defaults = Config::new(finder);
+    let mut text = "| number | name in the rig file | value | default | range | what it is |\n|---|---|---|---|---|---|\n".to_owned();
+    for (setting, reference) in pipeline::settings() {
+        let listed = |words: &[&str]| {
+            let words: Vec<_> =
+                words.iter().enumerate().map(|(place, word)| format!("{place} {word}")).collect();
+            words.join(", ")
+        };
+        let (kind, default, range) = match defaults.get(setting) {
+            Value::Number(number) => ("`f32`", number.to_string(), setting.expected.to_owned()),
+            Value::Pair(numbers) => ("`f32[2]`", format!("{numbers:?}"), setting.expected.to_owned()),
+            Value::Whole(number) => ("`u32`", number.to_string(), setting.expected.to_owned()),
+            Value::Choice(place, words) => ("`u8`", place.to_string(), listed(words)),
+            Value::Switch(on) => ("`bool`", on.to_string(), String::new()),
+        };
+        let Setting { number, name, .. } = setting;
+        writeln!(text, "| {number} | `{name}` | {kind} | {default} | {range} | {} |", reference.help)
+            .unwrap();
+    }
+    text
+}
+
 #[test]
 fn the_specification_shows_what_is_sent() {
-    let (begin, end) = ("<!-- vectors: begin -->\n", "<!-- vectors: end -->");
+    shown_in_the_specification("vectors", &chapter());
+}
+
+#[test]
+fn the_specification_lists_the_settings_of_the_core() {
+    shown_in_the_specification("settings", &settings_table());
+}
+
+/// One at a time, since each may write the file.
+static FILE: std::sync::Mutex<()> = std::sync::Mutex::new(());
+
+fn shown_in_the_specification(part: &str, wanted: &str) {
+    let _alone = FILE.lock().unwrap();
+    let (begin, end) = (format!("<!-- {part}: begin -->\n"), format!("<!-- {part}: end -->"));
     let file = std::fs::read_to_string(PATH).unwrap();
-    let (before, rest) = file.split_once(begin).expect("SPEC.md has a marker where the vectors begin");
-    let (shown, after) = rest.split_once(end).expect("and one where they end");
-    let wanted = chapter();
+    let (before, rest) = file.split_once(&begin).expect("SPEC.md has a marker where the part begins");
+    let (shown, after) = rest.split_once(&end).expect("and one where it ends");
     if std::env::var_os("MONORANGE_BLESS").is_some() {
         std::fs::write(PATH, format!("{before}{begin}{wanted}{end}{after}")).unwrap();
         return;
     }
     for (number, (line, want)) in shown.lines().zip(wanted.lines()).enumerate() {
-        assert_eq!(line, want, "SPEC.md, line {} of the vectors", number + 1);
+        assert_eq!(line, want, "SPEC.md, line {} of the {part}", number + 1);
     }
-    assert_eq!(shown.lines().count(), wanted.lines().count(), "lines of vectors in SPEC.md");
+    assert_eq!(shown.lines().count(), wanted.lines().count(), "lines of {part} in SPEC.md");
 }

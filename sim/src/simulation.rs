@@ -12,7 +12,7 @@ use monorange_core::{Error, Result};
 /// How the robot drives and how well its sensors see.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SimConfig {
-    /// Chooses every noise and the walkers' will; the scene has its own.
+    /// Seed of all noise and of the walkers' ways. The scene has a seed of its own.
     pub seed: u64,
     /// Pictures; the robot goes round again when the way is shorter.
     pub frames: usize,

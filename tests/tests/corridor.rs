@@ -15,7 +15,11 @@ fn drive(seed: u64) -> Score {
     run(&simulation, config_for(&simulation).unwrap()).unwrap()
 }
 
+/// Golden table. precision and recall: 1 is perfect (recall counts every true corner between 0.5 m and 6 m, seen in part or not). range %,
+/// end %, rms m, landmark m: smaller is better. in 3σ: 0.997 is right for one dimension, 1 is cautious. NEES/3: 1 is right, below is
+/// cautious, above is over-confident. wrong: updates by another corner than the landmark's; 0 is right.
 #[test]
+#[ignore = "golden run: cargo xtask test"]
 fn a_drive_round_the_corridor_ends_where_it_should() {
     let scores: Vec<Score> = std::thread::scope(|scope| {
         let runs: Vec<_> = SEEDS.into_iter().map(|seed| scope.spawn(move || drive(seed))).collect();

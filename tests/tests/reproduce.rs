@@ -22,7 +22,10 @@ fn table_2_is_mostly_the_mount() {
     insta::assert_snapshot!("table2", section);
 }
 
+/// Golden table. Distances and heading errors: smaller is better. NEES/3: 1 is right, above is over-confident. within 3σ %: 99.7 is
+/// right for one dimension, 100 is cautious. "ours" has the mount's true standard deviations and the odometry's true noise.
 #[test]
+#[ignore = "golden run: cargo xtask test"]
 fn figures_6_and_7_are_surpassed() {
     // The paper's association loses its way in some drives and not in others: two would leave the mean to chance.
     let drives = corridor::drives(5, || ()).expect("valid settings");
@@ -34,7 +37,10 @@ fn figures_6_and_7_are_surpassed() {
     insta::assert_snapshot!("figures_6_and_7", format!("{map}\n{poses}"));
 }
 
+/// Golden table. Distances: smaller is better. NEES/3: 1 is right, below is cautious. The camera's row shall stay near the laser's
+/// after the laser fails; "wheels alone" is what it replaces.
 #[test]
+#[ignore = "golden run: cargo xtask test"]
 fn the_camera_takes_over_from_a_laser_that_fails() {
     let section = failover::section().expect("valid settings");
     let without = |row: &str| cell(&section, 0, row, "rms without cm");

@@ -10,6 +10,7 @@ use monorange_tests::real_data;
 use monorange_tests::visual::{drive, simulated};
 
 #[test]
+#[ignore = "golden run: cargo xtask test"]
 fn a_corridor_is_driven_without_wheels() {
     let config = VisualConfig::default();
     for seed in [1, 2] {
@@ -58,6 +59,7 @@ fn street() -> Option<(Steps, Vec<Pose<f64>>)> {
 }
 
 #[test]
+#[ignore = "golden run: cargo xtask test"]
 fn a_street_is_driven_without_wheels() {
     let Some((steps, poses)) = street() else { return };
     let path: f64 = poses.windows(2).map(|pair| (pair[1].position() - pair[0].position()).norm()).sum();

@@ -1,18 +1,35 @@
 //! `cargo xtask test`: what CI runs.
 use crate::{firmware, house, setup, shell, web};
 use anyhow::Result;
+use std::fs;
+use std::path::PathBuf;
 use std::time::Instant;
 
 /// Pictures that the emulated co-processors get: each takes a second on its way through the line.
 const FRAMES: usize = 40;
 
 pub(crate) fn run() -> Result<()> {
+    let start = Instant::now();
+    let _ = fs::remove_file(skipped_list());
     stage("the house in order", house::check)?;
     stage("format and lints", lints)?;
-    stage("tests", tests)?;
+    stage("tests of every day", tests)?;
+    stage("golden runs", golden_runs)?;
+    stage("documentation", documentation)?;
+    stage("packages", packages)?;
     stage("core on bare targets", bare_targets)?;
     stage("the page", web::test)?;
-    stage("co-processor in QEMU", || firmware::test(FRAMES))
+    stage("co-processor in QEMU", || firmware::test(FRAMES))?;
+    let skipped = fs::read_to_string(skipped_list()).unwrap_or_default();
+    eprint!("{skipped}");
+    let (seconds, skipped) = (start.elapsed().as_secs_f64(), skipped.lines().count());
+    eprintln!("✓ all stages in {seconds:.0} s; {skipped} checks SKIPPED for want of real data");
+    Ok(())
+}
+
+/// Where checks that were skipped leave a line each.
+fn skipped_list() -> PathBuf {
+    shell::target().join("skipped-checks.txt")
 }
 
 fn stage(name: &str, checks: fn() -> Result<()>) -> Result<()> {
@@ -31,6 +48,35 @@ fn lints() -> Result<()> {
 fn tests() -> Result<()> {
     // What needs emulated boards has its own stage.
     shell::run(shell::cargo("test").env("MONORANGE_QEMU", "later"))
+}
+
+/// Tables of long runs, which `cargo test` leaves out.
+fn golden_runs() -> Result<()> {
+    shell::run(shell::cargo("test -p monorange-tests --tests -- --ignored").env("MONORANGE_QEMU", "later"))
+}
+
+/// The pages that docs.rs would show: every feature, no warning.
+fn documentation() -> Result<()> {
+    let packages = PACKAGES.map(|name| format!("-p {name}")).join(" ");
+    let doc = format!("doc --no-deps --all-features --quiet {packages}");
+    shell::run(shell::cargo(&doc).env("RUSTDOCFLAGS", "-D warnings"))
+}
+
+/// Everything that is published, in the order of dependence.
+const PACKAGES: [&str; 6] = [
+    "monorange-core",
+    "monorange-protocol",
+    "monorange-sim",
+    "monorange-mcu",
+    "monorange-formats",
+    "monorange",
+];
+
+/// What would be uploaded to crates.io holds all that it needs: each package is built from its archive, against the archives of
+/// the others.
+fn packages() -> Result<()> {
+    let packages = PACKAGES.map(|name| format!("-p {name}")).join(" ");
+    shell::run(&mut shell::cargo(&format!("package --allow-dirty --quiet {packages}")))
 }
 
 /// The core without a standard library, as a microcontroller and a browser build it.

@@ -10,6 +10,7 @@ pub mod range;
 pub mod reproduce;
 mod results;
 mod rig_file;
+pub mod settings;
 pub mod simulate;
 pub mod slam;
 pub mod slam_log;
@@ -41,6 +42,7 @@ enum Command {
     CalibrateMount(calibrate_mount::Arguments),
     Reproduce(reproduce::Arguments),
     Feed(feed::Arguments),
+    Settings(settings::Arguments),
 }
 
 /// Prints the warnings that were not printed yet, a line each.
@@ -67,5 +69,6 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::CalibrateMount(arguments) => calibrate_mount::run(&arguments),
         Command::Reproduce(arguments) => reproduce::run(&arguments),
         Command::Feed(arguments) => feed::run(&arguments),
+        Command::Settings(arguments) => settings::run(&arguments),
     }
 }

@@ -5,11 +5,15 @@ use clap::{
     Args,
     builder::{PossibleValuesParser, TypedValueParser},
 };
-use monorange_core::{association::Gate, geometry::Pose, slam::Variant};
+use monorange_core::association::Gate;
+use monorange_core::geometry::Pose;
+use monorange_core::pipeline;
+use monorange_core::setting::{Choice, Reference, Setting, Value};
+use monorange_core::slam::Variant;
 use monorange_formats::{
     Error, Result,
     evaluation::{Align, Alignment, MAX_TRUTH_GAP, MapPairing, Truth, map_errors, trajectory_errors},
-    files::{self, MapPoint, Odometry},
+    files::{self, MapPoint, Odometry, in_words},
     report::{OUTPUTS, Observation, Run, SettingLine, Setup, Subject},
     sensor_log::{self, Association, Dataset, LogResult, ObservationRow, Recording, SensorLog, Settings},
 };
@@ -61,11 +65,9 @@ pub struct Arguments {
     /// Whether the names of the column `id` are used; they are where there are any.
     #[arg(long, value_enum)]
     association: Option<Association>,
-    /// Which filter.
-    #[arg(long, value_name = "NAME", default_value = "invariant", value_parser = filter_parser())]
+    #[arg(long, value_name = "NAME", default_value = "invariant", help = help("filter.variant"), value_parser = choice_parser::<Variant>())]
     filter: Variant,
-    /// What is done with a measurement beyond its gate: its noise is inflated, it is dropped, or it is used.
-    #[arg(long, value_name = "NAME", default_value = "soft", value_parser = gate_parser())]
+    #[arg(long, value_name = "NAME", default_value = "soft", help = help("filter.gate"), value_parser = choice_parser::<Gate>())]
     gate: Gate,
     /// What the sensor reads too much, m: it is taken off every range.
     #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = finite)]
@@ -100,23 +102,17 @@ pub struct Arguments {
     /// Without names: and within this bearing to either side, rad.
     #[arg(long, value_name = "RADIANS", value_parser = at_least_zero)]
     view_angle: Option<f64>,
-    /// Without names: duplicates lie closer than this, m; 0 merges nothing.
-    #[arg(long, value_name = "METRES", value_parser = at_least_zero)]
+    #[arg(long, value_name = "METRES", help = help("association.merge_distance"), value_parser = in_range("association.merge_distance"))]
     merge_distance: Option<f64>,
-    /// Without names: sightings that make a landmark part of the map.
-    #[arg(long, value_name = "NUMBER", value_parser = clap::value_parser!(u32).range(1..=6))]
+    #[arg(long, value_name = "NUMBER", help = help("association.confirm"), value_parser = whole_in_range("association.confirm"))]
     confirm: Option<u32>,
-    /// Without names: a landmark is deleted that was expected in so many frames in a row and not seen; 0 deletes none.
-    #[arg(long, value_name = "FRAMES")]
+    #[arg(long, value_name = "FRAMES", help = help("association.delete_after"), value_parser = whole_in_range("association.delete_after"))]
     delete_after: Option<u32>,
-    /// Without names: landmarks a square metre that are not in the map yet, which a match is weighed against.
-    #[arg(long, value_name = "NUMBER", value_parser = at_least_zero)]
+    #[arg(long, value_name = "NUMBER", help = help("association.density"), value_parser = in_range("association.density"))]
     density: Option<f64>,
-    /// Without names: a match is made when every other explanation is less likely by this, as 2 ln of the ratio.
-    #[arg(long, value_name = "NUMBER", value_parser = at_least_zero)]
+    #[arg(long, value_name = "NUMBER", help = help("association.ambiguity"), value_parser = in_range("association.ambiguity"))]
     ambiguity: Option<f64>,
-    /// Without names: a normalised innovation squared above this to every landmark starts a new one.
-    #[arg(long, value_name = "NIS", value_parser = at_least_zero)]
+    #[arg(long, value_name = "NIS", help = help("association.birth_nis"), value_parser = in_range("association.birth_nis"))]
     birth_nis: Option<f64>,
     /// Landmarks that there is room for.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
@@ -132,24 +128,52 @@ pub struct Arguments {
 /// Landmarks without names are the same as true ones at most this far away, m: `evaluate`'s default.
 const MAP_GATE: f64 = 0.5;
 
-const FILTERS: [(&str, Variant); 3] =
-    [("invariant", Variant::Invariant), ("textbook", Variant::Textbook), ("fej", Variant::FirstEstimates)];
-const GATES: [(&str, Gate); 3] = [("soft", Gate::Soft), ("hard", Gate::Hard), ("none", Gate::Open)];
-
-fn filter_parser() -> impl TypedValueParser<Value = Variant> {
-    PossibleValuesParser::new(FILTERS.map(|(name, _)| name)).map(|word| named(&FILTERS, &word))
+/// The row of the core's table.
+fn row(name: &str) -> (&'static Setting, &'static Reference) {
+    let found = pipeline::settings().find(|(setting, _)| setting.name == name);
+    found.unwrap_or_else(|| unreachable!("{name} is a row of the table, as `--help` in a test shows"))
 }
 
-fn gate_parser() -> impl TypedValueParser<Value = Gate> {
-    PossibleValuesParser::new(GATES.map(|(name, _)| name)).map(|word| named(&GATES, &word))
+fn help(name: &str) -> String {
+    let (setting, reference) = row(name);
+    let without_names = if setting.section() == "association" { "Without names: " } else { "" };
+    match setting.most > setting.least {
+        true => format!("{without_names}{} [{}]", reference.help, setting.expected),
+        false => reference.help.to_owned(),
+    }
 }
 
-fn named<T: Copy + Default>(table: &[(&str, T)], word: &str) -> T {
-    table.iter().find(|(name, _)| *name == word).map(|(_, value)| *value).unwrap_or_default()
+fn in_range(name: &'static str) -> impl Fn(&str) -> std::result::Result<f64, String> + Clone {
+    let (setting, _) = row(name);
+    move |text| {
+        let number = text.parse::<f64>().ok();
+        let sound = number.filter(|number| setting.check(Value::Number(*number as f32)).is_ok());
+        sound.ok_or_else(|| format!("must be a number {}", setting.expected))
+    }
 }
 
-fn name_of<T: PartialEq>(table: &[(&'static str, T)], value: &T) -> &'static str {
-    table.iter().find(|(_, other)| other == value).map_or("", |(name, _)| name)
+fn whole_in_range(name: &'static str) -> impl Fn(&str) -> std::result::Result<u32, String> + Clone {
+    let (setting, _) = row(name);
+    move |text| {
+        let number = text.parse::<u32>().ok();
+        let sound = number.filter(|number| setting.check(Value::Whole(*number)).is_ok());
+        sound.ok_or_else(|| format!("must be a whole number {}", setting.expected))
+    }
+}
+
+/// Takes one of the words that a rig file has for this choice.
+fn choice_parser<C: Choice + Copy + Default + Send + Sync + 'static>() -> impl TypedValueParser<Value = C> {
+    let words = C::default().words();
+    PossibleValuesParser::new(words).map(move |word| {
+        let mut choice = C::default();
+        let place = words.iter().position(|known| *known == word).unwrap_or_default();
+        choice.set(place as u8);
+        choice
+    })
+}
+
+fn word(choice: &dyn Choice) -> String {
+    in_words(Value::Choice(choice.place(), choice.words()))
 }
 
 fn finite(text: &str) -> std::result::Result<f64, String> {
@@ -346,10 +370,8 @@ fn setting_lines(settings: &Settings) -> Vec<SettingLine> {
         Association::Unknown => "unknown",
     };
     type Text<'a> = &'a dyn Fn(&Settings) -> String;
-    let rows: [(&str, Text<'_>, &'static str, &'static str); 22] = [
+    let own: [(&str, Text<'_>, &'static str, &'static str); 13] = [
         ("association", &|s| association(s).to_owned(), "", "whether the names of the log are used"),
-        ("filter", &|s| name_of(&FILTERS, &s.filter.variant).to_owned(), "", "which filter"),
-        ("gate", &|s| name_of(&GATES, &s.filter.gate).to_owned(), "", "what is done beyond the gate"),
         ("range-offset", &|s| s.range_offset.to_string(), "m", "what the sensor reads too much"),
         ("range-std", &|s| s.range_std[0].to_string(), "m", "of a range, where the log gives no variance"),
         ("range-share", &|s| s.range_std[1].to_string(), "", "of a range, as a share of it"),
@@ -366,26 +388,41 @@ fn setting_lines(settings: &Settings) -> Vec<SettingLine> {
         ("turn-growth", &|s| s.growth[1].to_string(), "rad/√rad", "what a radian adds to the heading"),
         ("view-range", &|s| s.map.view.far.to_string(), "m", "landmarks nearer than this are expected"),
         ("view-angle", &|s| s.map.view.half_angle.to_string(), "rad", "and within this bearing"),
-        ("merge-distance", &|s| s.map.merge_distance.to_string(), "m", "duplicates lie closer"),
-        ("confirm", &|s| s.map.confirm.to_string(), "", "sightings that make a landmark part of the map"),
-        ("delete-after", &|s| s.map.delete_after.to_string(), "frames", "unseen where expected"),
-        ("density", &|s| s.map.density.to_string(), "1/m²", "landmarks not in the map yet"),
-        (
-            "ambiguity",
-            &|s| s.map.ambiguity.to_string(),
-            "",
-            "2 ln of how much less likely other explanations are",
-        ),
-        ("birth-nis", &|s| s.map.birth_nis.to_string(), "", "above this to every landmark, a new one starts"),
         ("max-landmarks", &|s| s.landmarks.to_string(), "", "landmarks that there is room for"),
-        ("confirm", &|s| s.map.confirm.to_string(), "", "sightings that confirm a landmark without a name"),
     ];
-    let line = |(name, text, unit, help): (&str, Text<'_>, _, _)| SettingLine {
+    let of_table: [(&str, Text<'_>, &str); 8] = [
+        ("filter", &|s| word(&s.filter.variant), "filter.variant"),
+        ("gate", &|s| word(&s.filter.gate), "filter.gate"),
+        ("merge-distance", &|s| s.map.merge_distance.to_string(), "association.merge_distance"),
+        ("confirm", &|s| s.map.confirm.to_string(), "association.confirm"),
+        ("delete-after", &|s| s.map.delete_after.to_string(), "association.delete_after"),
+        ("density", &|s| s.map.density.to_string(), "association.density"),
+        ("ambiguity", &|s| s.map.ambiguity.to_string(), "association.ambiguity"),
+        ("birth-nis", &|s| s.map.birth_nis.to_string(), "association.birth_nis"),
+    ];
+    let line = |name: &str, text: Text<'_>, unit, help| SettingLine {
         name: name.to_owned(),
         value: text(settings),
         changed: text(settings) != text(&defaults),
         unit,
         help,
+        origin: "",
     };
-    rows.into_iter().map(line).collect()
+    let own = own.into_iter().map(|(name, text, unit, help)| line(name, text, unit, help));
+    let of_table =
+        of_table.into_iter().map(|(name, text, of)| line(name, text, row(of).0.unit, row(of).1.help));
+    own.chain(of_table).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_setting_stands_once_in_the_report() {
+        let lines = setting_lines(&Settings::default());
+        let names: std::collections::BTreeSet<_> = lines.iter().map(|line| line.name.as_str()).collect();
+        assert_eq!(names.len(), lines.len(), "{names:?}");
+        assert!(lines.iter().all(|line| !line.help.is_empty() && !line.changed));
+    }
 }

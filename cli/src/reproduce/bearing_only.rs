@@ -16,7 +16,7 @@ use nalgebra::{Matrix2, Matrix3, Vector2};
 
 const RUNS: u64 = 50;
 const STEPS: usize = 240;
-/// Metres a step, and seconds.
+/// Length of a step in metres, and its duration in seconds.
 const STEP: [f64; 2] = [0.05, 0.25];
 const EDGES: usize = 16;
 const BEARING_STD: f64 = 0.5 * std::f64::consts::PI / 180.0;
@@ -24,7 +24,7 @@ const BEARING_STD: f64 = 0.5 * std::f64::consts::PI / 180.0;
 const PIXEL_STD: f64 = 0.5;
 /// Of the wheels: share of the speed, and rad/s.
 const WHEELS_STD: [f64; 2] = [0.05, 0.02];
-/// Within which an edge is seen: m, m, rad.
+/// Nearest range (m), farthest range (m) and largest bearing (rad) at which an edge is seen.
 const VIEW: [f64; 3] = [0.6, 8.0, 0.41];
 /// A landmark has converged when its larger standard deviation is below this, m.
 const CONVERGED: f64 = 0.1;

@@ -59,6 +59,32 @@ fn absurd_rig_values_are_refused_with_their_line() {
 }
 
 #[test]
+fn a_setting_is_refused_with_its_line_and_the_name_that_the_file_has() {
+    let fails = |settings: &str, words: &[&str]| rig_fails(&format!("{RIG}{settings}"), words);
+    fails(
+        "[association]\nconfirm = 2\nbirth_nis = 1\n",
+        &["rig.toml, line 14", "`association.birth_nis` is 1, must be at least match_nis"],
+    );
+    fails("[association]\ncaution = nan\n", &["line 13", "`association.caution` is `nan`"]);
+    fails(
+        "[association]\ncaution = -0.1\n",
+        &["line 13", "`association.caution` is -0.1, must be from 0 to 1e6"],
+    );
+    fails(
+        "[association]\nmin_depression = 0\n",
+        &["line 13", "`association.min_depression` is 0, must be from 0.001"],
+    );
+    fails("[association]\nmin_depression = 1.6\n", &["line 13", "`association.min_depression` is 1.6"]);
+    fails("[association]\njoint_nodes = 0\n", &["line 13", "`association.joint_nodes` is 0, must be from 1"]);
+    fails("[filter]\nrange_prior = [4, 0]\n", &["line 13", "`filter.range_prior`"]);
+    fails(
+        "[filter]\npolar_as_point = 1\n",
+        &["line 13", "`filter.polar_as_point` is `1`, must be true or false"],
+    );
+    fails("[filter]\ncaution = 1\n", &["line 13", "`filter.caution` is not a known key"]);
+}
+
+#[test]
 fn a_camera_file_is_checked_as_the_rig_is() {
     let rig = "camera_info = \"camera.yaml\"\n[mount]\nheight = 0.4\ntilt_deg = 12\n";
     let fails = |camera: &str, words: &[&str]| {

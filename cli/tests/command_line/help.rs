@@ -36,6 +36,7 @@ fn the_examples_of_the_quick_commands_run() {
         "evaluate",
         "calibrate-mount",
         "reproduce",
+        "settings",
     ] {
         run_example(command);
     }

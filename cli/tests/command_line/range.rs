@@ -1,7 +1,7 @@
 //! `range` against exact geometry, and its files.
 use crate::command::{Folder, RIG, column};
 
-const FLAT: &str = "[camera]\nwidth = 320\nheight = 240\nfocal = [365.0, 365.0]\nprincipal = [160.0, 120.0]\npixel_std = [0.5, 0.5]\n\n[mount]\nheight = 0.4\ntilt_deg = 12.0\nheight_std = 0.01\n";
+const FLAT: &str = "[camera]\nwidth = 320\nheight = 240\nfocal = [365.0, 365.0]\nprincipal = [160.0, 120.0]\npixel_std = [0.5, 0.5]\n\n[mount]\nheight = 0.4\ntilt_deg = 12.0\nheight_std = 0.01\ntilt_std_deg = 0\nroll_std_deg = 0\nyaw_std_deg = 0\nforward_std = 0\nleft_std = 0\n";
 
 #[test]
 fn range_and_bearing_are_those_of_ray_and_plane() {

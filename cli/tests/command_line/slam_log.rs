@@ -121,6 +121,11 @@ fn logs_that_cannot_be_run_are_refused_with_the_line() {
     let with = |file: &str| format!("slam-log --odometry odometry.csv --measurements {file}");
     folder.fails(&with("backwards.csv"), &["backwards.csv, line 3", "sort"]);
     folder.fails(&with("empty.csv"), &["empty.csv, line 2", "neither range nor bearing"]);
+    // Each was another landmark's number once: -1 became 0, and 1.5 became 1.
+    for id in ["-1", "1.5", "5e9"] {
+        folder.write("ids.csv", format!("t,range,bearing,id\n0.1,1,0,0\n0.1,1,0.5,{id}\n"));
+        folder.fails(&with("ids.csv"), &["ids.csv, line 3", "`id` is ", "whole number"]);
+    }
     folder.fails(&with("nan.csv"), &["nan.csv, line 2", "`range`", "finite"]);
     folder.fails(&with("missing.csv"), &["missing.csv", "no such file"]);
     folder.fails(&with("late.csv"), &["odometry.csv", "99"]);

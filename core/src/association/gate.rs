@@ -12,6 +12,7 @@
 //! In coordinates where R is the identity and C = diag(λ), the left side is Σ yᵢ²/(λᵢ + f), and its reciprocal is
 //! nearly linear in f: Newton's method on the reciprocal takes two to four steps from f = 1 and never overshoots.
 use crate::Real;
+use crate::setting::choices;
 use nalgebra::{Matrix2, Vector2};
 
 /// What is done with a measurement beyond its gate.
@@ -25,6 +26,8 @@ pub enum Gate {
     /// It is used as it is.
     Open,
 }
+
+choices!(Gate { "soft" => Soft, "hard" => Hard, "none" => Open });
 
 /// χ² at 0.99 for 1 and 2 degrees of freedom.
 pub const CHI2_99: [f64; 2] = [6.634_897, 9.210_340];

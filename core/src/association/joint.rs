@@ -21,9 +21,9 @@
 //! so that pairs which are each beyond their own gate fit where all share one error, as when a wheel slipped,
 //! and of the sets that fit, the likeliest wins (not the largest, as in the original: a landmark that was never mapped
 //! would be forced upon one that was). Then every other set that is nearly as likely is looked at: a pair that one of
-//! them does without is *ambiguous* and left out. So are pairs that are hardly likelier than a new landmark each by itself,
-//! as all are when a loop closes, until enough of them agree. A wrong pair costs the map, a missed one only its
-//! information.
+//! them does without is *ambiguous* and left out. Weak pairs, the usual ones when a
+//! loop closes, are left out unless together they lower the cost by `ambiguity`. A wrong pair costs the map, a missed one only
+//! its information.
 //!
 //! S is factored as the search goes down, one block row a pair, so a step costs O(pairs²). The search is bounded: a
 //! branch ends where even a perfect fit of all that is left could not win (S of a pair is never below its R), it

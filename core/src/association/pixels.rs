@@ -37,6 +37,8 @@ pub enum Carrier {
     Free,
 }
 
+crate::setting::choices!(Carrier { "map" => Map, "floor" => Floor, "free" => Free });
+
 /// A corner detected in the new picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Corner<T> {

@@ -10,6 +10,6 @@ mod jacobian_tests;
 
 pub use camera::Camera;
 pub use lens::{Distortion, Lens};
-pub use mount::{MOUNT_PARAMETERS, Mount};
+pub use mount::{MOUNT_PARAMETERS, MOUNT_STD_BY_HAND, Mount};
 pub use pose::{Pose, wrap_angle};
 pub use range_finder::{NoFloor, RangeFinder, Sighting, range_bearing_by_floor, range_bearing_from_floor};

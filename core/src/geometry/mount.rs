@@ -25,6 +25,12 @@ pub struct Mount<T> {
 /// The mount's parameters in the order of [`Mount::parameters`] and of every Jacobian w.r.t. the mount.
 pub const MOUNT_PARAMETERS: [&str; 6] = ["height", "tilt", "roll", "yaw", "forward", "left"];
 
+/// Standard deviations of a mount that was measured by hand, with a tape and a spirit level: 1 cm and 1° (judgement; the mount's
+/// own calibration replaces them). They stand where nothing else is known: in a new configuration, in a rig file that gives
+/// none, on the page.
+pub const MOUNT_STD_BY_HAND: [f64; 6] = [0.01, DEGREE, DEGREE, DEGREE, 0.01, 0.01];
+const DEGREE: f64 = core::f64::consts::PI / 180.0;
+
 impl<T: Real> Mount<T> {
     /// A mount from height (m), tilt, roll, yaw (rad) and lever arm forward, left (m).
     ///

@@ -72,7 +72,8 @@ pub struct OdometryReport<T> {
     pub new_keyframe: bool,
 }
 
-/// The wheels' motion less the one that was estimated from them and the pictures together: what it tells is the mount.
+/// The wheels' motion since the keyframe minus the fused motion of wheels and pictures: evidence of the mount's errors, which only
+/// the pictures see.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disagreement<T> {
     /// In path (m) and turn (rad).

@@ -1,3 +1,5 @@
+//! What counts as an edge, a line and a corner: the settings of the extractor.
+use crate::setting::{self, settings};
 use crate::{Error, Result};
 
 /// What counts as an edge, a line and a floor corner. Lengths of lines are fractions of the picture's height,
@@ -71,45 +73,36 @@ impl ExtractConfig {
     /// # Errors
     /// [`Error::OutOfRange`] with the name of the first value that is not.
     pub fn validated(self) -> Result<Self> {
-        let quarter_turn = core::f32::consts::FRAC_PI_2;
-        let checks = [
-            (
-                "extract.edge_threshold",
-                self.edge_threshold,
-                0.1,
-                127.0,
-                "from 0.1 to 127 grey levels per pixel",
-            ),
-            ("extract.opening", self.opening as f32, 1.0, 6.0, "from 1 to 6 pixels"),
-            ("extract.floor_top", self.floor_top, 0.0, 1.0, "a fraction of the height"),
-            ("extract.floor_spread", self.floor_spread, 0.02, quarter_turn, "from 1° to 90°"),
-            ("extract.vertical_spread", self.vertical_spread, 0.02, quarter_turn / 2.0, "from 1° to 45°"),
-            ("extract.gravity_tolerance", self.gravity_tolerance, 0.0, quarter_turn, "from 0° to 90°"),
-            ("extract.direction_tolerance", self.direction_tolerance, 0.01, 0.8, "from 0.01 to 0.8 rad"),
-            ("extract.min_vertical_length", self.min_vertical_length, 0.0, 1.0, "a fraction of the height"),
-            ("extract.min_floor_length", self.min_floor_length, 0.0, 10.0, "a fraction of the height"),
-            ("extract.max_width_px", self.max_width_px, 1.0, 1e4, "from 1 to 10000 pixels"),
-            ("extract.max_gap_px", self.max_gap_px, 1.0, 1e4, "from 1 to 10000 pixels"),
-            ("extract.reach_px", self.reach_px, 0.0, 1e4, "from 0 to 10000 pixels"),
-            ("extract.floor_reach_px", self.floor_reach_px, 0.0, 1e4, "from 0 to 10000 pixels"),
-            ("extract.overshoot_px", self.overshoot_px, 0.0, 1e4, "from 0 to 10000 pixels"),
-            ("extract.skirting_height", self.skirting_height, 0.0, 10.0, "from 0 to 10 metres"),
-            ("extract.min_bound_length", self.min_bound_length, 0.0, 10.0, "a fraction of the height"),
-            ("extract.min_crossing", self.min_crossing, 0.05, quarter_turn, "from 0.05 rad to 90°"),
-        ];
-        for (name, value, least, most, expected) in checks {
-            if !(least..=most).contains(&value) {
-                return Err(Error::OutOfRange { name, value: f64::from(value), expected });
-            }
-        }
+        let mut config = self;
+        setting::check(&EXTRACT, &mut config)?;
         let spread = self.floor_spread + self.vertical_spread;
-        if spread > quarter_turn {
+        if spread > core::f32::consts::FRAC_PI_2 {
             let (name, expected) = ("extract.floor_spread", "at most 90° together with vertical_spread");
             return Err(Error::OutOfRange { name, value: f64::from(self.floor_spread), expected });
         }
         Ok(self)
     }
 }
+
+settings! { EXTRACT, EXTRACT_REFERENCES, ExtractConfig, "extract" {
+    27 edge_threshold: Number [edge_threshold] (0.1, 127, "grey/px"), "Least gradient of an edge point along its dominant axis.", "Twenty simulated corridors: at 4 the floor's texture fills the list of points, and half as many corners are found.";
+    28 opening: Size [opening] (1, 6, "px"), "Pixels in a row that an edge must fill along its dominant axis to survive the opening.", "The paper's morphological opening.";
+    29 floor_top: Number [floor_top] (0, 1, "of height"), "Top of the region in which floor edges are searched.", "The paper's region of interest: row 48 of 240.";
+    30 floor_spread: Number [floor_spread] (0.02, 1.571, "rad"), "Largest angle of a floor edge from the picture's horizontal.", "Judgement: together with vertical_spread it must stay within 90 degrees.";
+    31 vertical_spread: Number [vertical_spread] (0.02, 0.79, "rad"), "Largest angle of a vertical edge from the picture's vertical.", "Judgement: it bounds how far tilt and lens lean a vertical.";
+    32 gravity_tolerance: Number [gravity_tolerance] (0, 1.571, "rad"), "Largest angle of a vertical line from gravity as the mount has it.", "Judgement: errors of the mount and of the fit.";
+    33 direction_tolerance: Number [direction_tolerance] (0.01, 0.8, "rad"), "Largest angle between an edge point's gradient and the normal of its line.", "Not recorded: kept since the first simulated corridors.";
+    34 min_vertical_length: Number [min_vertical_length] (0, 1, "of height"), "Shortest vertical line.", "Not recorded: kept since the first simulated corridors.";
+    35 min_floor_length: Number [min_floor_length] (0, 10, "of height"), "Shortest floor line.", "Not recorded: kept since the first simulated corridors.";
+    42 max_width_px: Number [max_width_px] (1, 1e4, "px"), "Widest profile of a floor edge, as a Gaussian's deviation; the rim of a shadow is wider.", "Smoothing alone makes 1.3 px.";
+    36 max_gap_px: Number [max_gap_px] (1, 1e4, "px"), "Longest gap within a line.", "Not recorded: kept since the first simulated corridors.";
+    37 reach_px: Number [reach_px] (0, 1e4, "px"), "Farthest that a vertical line may end above its foot.", "Smoothing smears 5 px of an edge beside a crossing one; the rest is not recorded.";
+    38 floor_reach_px: Number [floor_reach_px] (0, 1e4, "px"), "Farthest that a floor line may end beside a foot on it.", "Not recorded: kept since the first simulated corridors.";
+    39 overshoot_px: Number [overshoot_px] (0, 1e4, "px"), "Farthest that a vertical line may run on below the floor line.", "Not recorded: kept since the first simulated corridors.";
+    40 skirting_height: Number [skirting_height] (0, 10, "m"), "Highest skirting board that may hide the foot of a vertical edge; 0 for none.", "Judgement: skirting boards are 5 to 20 cm high.";
+    41 min_bound_length: Number [min_bound_length] (0, 10, "of height"), "A floor line of at least this length below a foot shows that the foot is on a wall.", "Not recorded: kept since the first simulated corridors.";
+    43 min_crossing: Number [min_crossing] (0.05, 1.571, "rad"), "Least angle between the two lines of a corner.", "Judgement: a corner's variance grows with the inverse squared sine of this angle.";
+}}
 
 #[cfg(test)]
 mod tests {

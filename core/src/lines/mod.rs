@@ -49,6 +49,7 @@ mod memory;
 mod search;
 
 pub use config::ExtractConfig;
+pub(crate) use config::{EXTRACT, EXTRACT_REFERENCES};
 pub use edge::EdgePoint;
 pub use extraction::{Corner, Extraction, Line, MAX_CORNERS, MAX_LINES, Truncations};
 pub use extractor::Extractor;

@@ -1,9 +1,11 @@
+//! What a pipeline is set to: the camera on its mount, and every setting.
 use super::MotionNoise;
 #[cfg(all(feature = "alloc", feature = "sift"))]
 use super::VisualConfig;
 use crate::association::Carrier;
-use crate::geometry::RangeFinder;
+use crate::geometry::{MOUNT_STD_BY_HAND, RangeFinder};
 use crate::lines::ExtractConfig;
+use crate::setting::{self, choices, settings};
 use crate::slam::{Covariance, FilterConfig, MapConfig, Variant, View};
 use crate::{Error, Result};
 use nalgebra::Vector2;
@@ -18,15 +20,19 @@ pub enum Model {
     Pixel,
 }
 
-/// What is done about the mount's own error, which all corners share.
+choices!(Model { "range_bearing" => RangeBearing, "pixel" => Pixel });
+
+/// What is done about the error of the mount, which all corners share.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MountError {
     /// The mount is taken as exact.
     Exact,
-    /// Its standard deviations are states of the filter, which then calibrates the mount as it drives.
+    /// Its errors are states of the filter, with these standard deviations as prior: the filter calibrates the mount as it drives.
     #[default]
     Estimated,
 }
+
+choices!(MountError { "exact" => Exact, "estimated" => Estimated });
 
 /// Where the robot's motion comes from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -47,7 +53,7 @@ pub struct Config {
     pub finder: RangeFinder<f32>,
     /// Standard deviations of the mount's height (m), tilt, roll and yaw (rad).
     pub mount_std: [f32; 4],
-    /// What is done about them.
+    /// What is done about the mount's errors.
     pub mount_error: MountError,
     /// What the filter is told of a corner.
     pub model: Model,
@@ -76,9 +82,10 @@ pub struct Config {
 impl Config {
     /// The defaults for a camera on its mount.
     pub fn new(finder: RangeFinder<f32>) -> Self {
+        let [height, tilt, roll, yaw, ..] = MOUNT_STD_BY_HAND;
         Self {
             finder,
-            mount_std: [0.005, 0.005, 0.005, 0.005],
+            mount_std: [height, tilt, roll, yaw].map(|std| std as f32),
             mount_error: MountError::default(),
             model: Model::default(),
             corner_std_floor_px: 0.3,
@@ -106,17 +113,6 @@ impl Config {
         config.mount_error = MountError::Exact;
         config.carrier = Carrier::Free;
         config
-    }
-
-    /// The settings themselves if a pipeline can run with them.
-    ///
-    /// # Errors
-    /// [`Error::OutOfRange`] with the name of the first value that it cannot use.
-    pub fn checked(self) -> Result<Self> {
-        let complete = self.validated()?;
-        complete.filter.check()?;
-        complete.map.check()?;
-        Ok(self)
     }
 
     /// Whether this build has what the settings ask for.
@@ -151,24 +147,16 @@ impl Config {
     /// The settings with those that follow from others filled in, if every value is usable.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] with the name of the first value that is not.
+    /// [`Error::OutOfRange`] with the name of the first value that is not, as a rig file has it.
     pub fn validated(mut self) -> Result<Self> {
-        let positive = [
-            ("association.corner_std_floor_px", self.corner_std_floor_px),
-            ("association.min_depression", self.min_depression),
-        ];
-        let at_least_zero = ["mount.height_std", "mount.tilt_std", "mount.roll_std", "mount.yaw_std"]
-            .into_iter()
-            .zip(self.mount_std);
-        for (name, value) in at_least_zero.chain(positive) {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(Error::OutOfRange {
-                    name,
-                    value: value.into(),
-                    expected: "finite and at least 0",
-                });
+        for (name, std) in MOUNT_STD_NAMES.into_iter().zip(self.mount_std) {
+            if !(std.is_finite() && std >= 0.0) {
+                let expected = "finite and at least 0";
+                return Err(Error::OutOfRange { name, value: std.into(), expected });
             }
         }
+        setting::check(&FILTERED, &mut self)?;
+        setting::check(&MEASURED, &mut self)?;
         self.motion = self.motion.validated()?;
         #[cfg(all(feature = "alloc", feature = "sift"))]
         self.visual.check()?;
@@ -180,10 +168,12 @@ impl Config {
             MountError::Estimated => Some(self.mount_std.map(|std| std.max(1e-5))),
         };
         self.map.view = self.view();
+        self.filter = self.filter.validated()?;
+        self.map = self.map.validated()?;
         Ok(self)
     }
 
-    /// The farthest range that is used, m.
+    /// The farthest range that is measured, m.
     pub(super) fn max_range(&self) -> f32 {
         self.finder.mount().height() / libm::tanf(self.min_depression)
     }
@@ -203,6 +193,20 @@ impl Config {
     }
 }
 
+const MOUNT_STD_NAMES: [&str; 4] =
+    ["mount.height_std", "mount.tilt_std_deg", "mount.roll_std_deg", "mount.yaw_std_deg"];
+
+settings! { FILTERED, FILTERED_REFERENCES, Config, "filter" {
+    2 model: Choice [model] "What the filter is told of a corner: its pixel, or range and bearing as in the paper.", "Equation: a pixel's noise is Gaussian up to the horizon, a range's is not.";
+    1 mount: Choice [mount_error] "What is done about the mount's own error: estimated along with the map, or taken as exact.", "All corners share the mount's error, so that it is no independent noise (theory page of core::slam).";
+}}
+
+settings! { MEASURED, MEASURED_REFERENCES, Config, "association" {
+    3 corner_std_floor_px: Number [corner_std_floor_px] (0, 100, "px"), "Least standard deviation of a corner: what calibration and undistortion leave. A rig whose pixel_std is larger raises the default to it.", "Simulated corridors.";
+    4 min_depression: Number [min_depression] (0.001, 1.57, "rad"), "Least angle below the horizon at which a corner is measured.", "Simulated corridors: nearer to the horizon a skirting board is narrower than the smoothing, which pushes the floor's edge half a pixel off.";
+    44 carrier: Choice [carrier] "What carries corners to the next picture: map is nothing, floor the floor's homography, free the one of eight parameters as in the paper.", "map is the only one that every target can run; in tests/dynamic_corridor floor misses the fewest corners.";
+}}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -221,5 +225,47 @@ mod tests {
         }
         let refused = Config { motion_from: MotionFrom::Pictures, ..config }.needs_no_features();
         assert!(refused.unwrap_err().to_string().contains("give odometry"));
+    }
+
+    fn config() -> Config {
+        let camera = Camera::new(320, 240, [365.0, 365.0], [160.0, 120.0], 0.0, Default::default()).unwrap();
+        Config::new(RangeFinder::new(camera, Mount::new([0.4, 0.2, 0.0, 0.0, 0.0, 0.0]).unwrap()))
+    }
+
+    fn refused(change: impl FnOnce(&mut Config)) -> &'static str {
+        let mut config = config();
+        change(&mut config);
+        match config.validated() {
+            Err(Error::OutOfRange { name, .. }) => name,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn the_defaults_are_valid() {
+        assert!(config().validated().is_ok());
+        assert!(Config::as_in_the_paper(config().finder).validated().is_ok());
+    }
+
+    #[test]
+    fn a_caution_that_is_no_number_is_refused() {
+        // Every comparison with NaN fails, so that nothing would ever be sure.
+        assert_eq!(refused(|config| config.map.caution = f32::NAN), "association.caution");
+    }
+
+    #[test]
+    fn a_horizon_or_a_plumb_line_is_no_least_depression() {
+        for angle in [0.0, -0.1, core::f32::consts::FRAC_PI_2, 2.0, f32::NAN, f32::INFINITY] {
+            assert_eq!(refused(|config| config.min_depression = angle), "association.min_depression");
+        }
+    }
+
+    #[test]
+    fn one_verb_checks_filter_and_map_too() {
+        assert_eq!(refused(|config| config.map.birth_nis = 1.0), "association.birth_nis");
+        assert_eq!(refused(|config| config.map.within = 2), "association.confirm");
+        assert_eq!(refused(|config| config.map.joint_nodes = 0), "association.joint_nodes");
+        assert_eq!(refused(|config| config.filter.linearity = 0.0), "filter.linearity");
+        assert_eq!(refused(|config| config.mount_std[1] = f32::NAN), "mount.tilt_std_deg");
     }
 }

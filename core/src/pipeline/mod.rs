@@ -22,6 +22,7 @@ mod pictures;
 #[cfg(all(feature = "alloc", feature = "sift"))]
 mod pixel_association;
 mod report;
+mod settings;
 mod sightings;
 mod snapshot;
 mod storage;
@@ -33,6 +34,7 @@ pub use config::{Config, Model, MotionFrom, MountError};
 pub use coverage::Coverage;
 pub use motion_noise::{MotionNoise, Odometry};
 pub use report::{CornerReport, MovedBy, Report, Stage};
+pub use settings::{setting_number, settings};
 pub use snapshot::state_len;
 #[cfg(feature = "alloc")]
 pub use storage::OnHeap;

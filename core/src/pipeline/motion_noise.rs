@@ -1,6 +1,7 @@
 //! The wheels' readings, and how far they can be believed.
+use crate::Result;
+use crate::setting::{self, settings};
 use crate::slam::{Increment, Integration};
-use crate::{Error, Result};
 use nalgebra::{Matrix2, Matrix3, Vector3};
 
 /// How well the robot's wheels tell its motion.
@@ -48,25 +49,10 @@ impl MotionNoise {
     /// The noise itself if every number can be used.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] for a number that is not finite or below 0.
+    /// [`Error::OutOfRange`](crate::Error::OutOfRange) for a number that is not finite or below 0.
     pub fn validated(self) -> Result<Self> {
-        let numbers = [
-            ("filter.speed_by_speed", self.speed_by_speed),
-            ("filter.turn_by_turn", self.turn_by_turn),
-            ("filter.turn_by_speed", self.turn_by_speed),
-            ("filter.slip_by_speed", self.slip_by_speed),
-            ("filter.speed_floor", self.speed_floor),
-            ("filter.turn_floor", self.turn_floor),
-        ];
-        for (name, value) in numbers {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(Error::OutOfRange {
-                    name,
-                    value: value.into(),
-                    expected: "finite and at least 0",
-                });
-            }
-        }
+        let mut noise = self;
+        setting::check(&MOTION_NOISE, &mut noise)?;
         Ok(self)
     }
 
@@ -104,6 +90,15 @@ impl MotionNoise {
         [square(self.speed_floor), square(self.turn_floor)]
     }
 }
+
+settings! { MOTION_NOISE, MOTION_NOISE_REFERENCES, MotionNoise, "filter" {
+    21 speed_by_speed: Number [speed_by_speed] (0, 100), "Standard deviation of the odometry's speed, for each m/s.", "Judgement: near the 0.04 that the simulator draws; measure your robot's.";
+    22 turn_by_turn: Number [turn_by_turn] (0, 100), "Standard deviation of the odometry's turn rate, for each rad/s.", "Judgement: the simulator draws 0.05; measure your robot's.";
+    23 turn_by_speed: Number [turn_by_speed] (0, 100, "rad/m"), "Standard deviation of the odometry's turn rate, for each m/s.", "Judgement: near the 0.04 that the simulator draws; measure your robot's.";
+    24 slip_by_speed: Number [slip_by_speed] (0, 100), "Standard deviation across the robot, for each metre driven (increments only).", "Judgement.";
+    25 speed_floor: Number [speed_floor] (0, 100, "m/s"), "Standard deviation of the odometry's speed at rest.", "Judgement: above 0, so that a filter at rest stays positive definite.";
+    26 turn_floor: Number [turn_floor] (0, 100, "rad/s"), "Standard deviation of the odometry's turn rate at rest.", "Judgement: as speed_floor.";
+}}
 
 fn square(x: f32) -> f32 {
     x * x

@@ -1,3 +1,4 @@
+//! The memory that a pipeline works in: arrays on a microcontroller, `Vec`s on a host.
 use crate::lines::EdgePoint;
 use crate::slam::Landmark;
 

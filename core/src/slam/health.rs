@@ -1,9 +1,9 @@
 //! Is the filter to be believed? A verdict from what every update says about itself.
 //!
 //! The normalised innovations of a consistent filter average to 1 a degree of freedom, ± √(2/(n·dof)) over n of
-//! them: ± 0.125 over the window of 64 measurements of two. One beyond its gate counts as if it were on it: it may be of a
-//! neighbour that has no landmark, and how far off that is tells nothing of the covariance. A run of inflated or gated measurements means that the
-//! state has left the place the sensor sees.
+//! them: ± 0.125 over the window of 64 measurements of two. A gated measurement contributes the gate's value, not its own: it may
+//! belong to a neighbour that has no landmark, and its distance tells nothing of the covariance. A run of inflated or gated
+//! measurements means that the estimated pose is no longer where the sensor is.
 use crate::Real;
 use crate::slam::filter::{Decision, Outcome};
 

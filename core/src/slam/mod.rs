@@ -11,10 +11,9 @@
 //! birth     l = p + R(θ) d(z),  P_l· = G P_r·,  P_ll = G P_rr Gᵀ + R(θ) Σ_d R(θ)ᵀ,  G = [I, J(l − p)]
 //! ```
 //!
-//! The last two lines of the update, retract and reset, are all that makes the right-invariant filter of the
-//! textbook's: with them the covariance does not shrink in the direction in which the whole map could turn, which no
-//! measurement sees. Without them the paper's filter grows sure of its heading on long loops (normalised error 33
-//! where 1 is right, against 1.2; `cargo test -p monorange-tests --test slam_consistency`).
+//! Retract and reset are the only difference between the right-invariant filter and the textbook's. No measurement sees the whole
+//! map turn about the origin; with these two lines the covariance does not shrink in that direction. Without them the paper's
+//! filter becomes too sure of its heading on long loops (normalised error 33 instead of 1; with them 1.2; `cargo test -p monorange-tests --test slam_consistency`).
 //!
 //! | symbol | in code | shape, unit |
 //! |---|---|---|
@@ -54,9 +53,11 @@ pub use covariance::packed_len;
 pub use filter::{
     Covariance, Decision, Filter, FilterConfig, Observation, Outcome, Variant, states_for, storage_len,
 };
+pub(crate) use filter::{FILTER, FILTER_REFERENCES};
 pub use health::{Health, Verdict};
 pub use landmark::{Form, Landmark, Status};
 pub use map::{Feature, Hint, MAX_FEATURES, Map, MapConfig, MapReport, Pairing, View};
+pub(crate) use map::{MAP, MAP_REFERENCES};
 pub use models::{
     Increment, Integration, JacobianCheck, LinearisationPoint, Linearised, Measurement, arc_rotation,
     check_jacobians,

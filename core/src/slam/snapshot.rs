@@ -42,18 +42,21 @@ where
     /// Writes the state to `bytes` and returns how many it took.
     ///
     /// # Errors
-    /// [`Error::Size`] when `bytes` are too few.
+    /// [`Error::Size`] when `bytes` are too few; [`Error::Full`] for a filter of more than 65,535 states, whose offsets the format
+    /// cannot hold.
     pub fn save(&mut self, bytes: &mut [u8]) -> Result<usize> {
         let needed = snapshot_len(self.size, self.count);
         let got = bytes.len();
+        // Offsets and the count of landmarks are below the number of states.
+        let (count, size) = (in_16_bits(self.count)?, in_16_bits(self.size)?);
         let mut out = Out(bytes.get_mut(..needed).ok_or(Error::Size {
             name: "filter.snapshot",
             got,
             expected: needed,
         })?);
         out.put(self.kind());
-        out.put((self.count as u16).to_le_bytes());
-        out.put((self.size as u16).to_le_bytes());
+        out.put(count.to_le_bytes());
+        out.put(size.to_le_bytes());
         out.put(self.time.to_le_bytes());
         self.first_pose.iter().for_each(|value| out.put(value.to_le_bytes()));
         self.landmarks().iter().for_each(|landmark| put_landmark(&mut out, landmark));
@@ -254,6 +257,11 @@ fn put_landmark(out: &mut Out<'_>, landmark: &Landmark<f32>) {
     out.put(descriptor.unwrap_or_default().to_le_bytes());
 }
 
+fn in_16_bits(number: usize) -> Result<u16> {
+    let full = Error::Full { name: "filter.snapshot", capacity: usize::from(u16::MAX) };
+    u16::try_from(number).map_err(|_| full)
+}
+
 fn take_landmark(input: &mut In<'_>) -> Option<Landmark<f32>> {
     let id = u32::from_le_bytes(input.take()?);
     let offset = usize::from(u16::from_le_bytes(input.take()?));
@@ -286,6 +294,12 @@ fn take_landmark(input: &mut In<'_>) -> Option<Landmark<f32>> {
 
 #[cfg(test)]
 mod tests {
+    #[test]
+    fn more_states_than_the_format_holds_are_refused_not_cut_off() {
+        assert_eq!(super::in_16_bits(65_535), Ok(65_535));
+        assert!(matches!(super::in_16_bits(65_536), Err(super::Error::Full { capacity: 65_535, .. })));
+    }
+
     extern crate std;
     use super::*;
     use crate::geometry::Pose;

@@ -19,7 +19,7 @@ pub use map::{MapPoint, confirmed_map, read_map, write_map, write_ply};
 pub use odometry::{Control, Odometry};
 pub use order::{natural_order, sort_names};
 pub use rig::{MOUNT_KEYS, Rig, with_mount};
-pub use settings::{SETTINGS, Setting};
+pub use settings::{changed_settings, in_toml, in_words, settings_page};
 pub use table::Table;
 pub use times::{read_frame_list, read_times};
 pub use trajectory::{Stamped, read_trajectory, write_trajectory, write_tum};

@@ -4,7 +4,7 @@ use super::{
     settings,
 };
 use crate::{Error, Result, plausibility};
-use monorange_core::geometry::{Camera, Lens, Mount, RangeFinder};
+use monorange_core::geometry::{Camera, Lens, MOUNT_STD_BY_HAND, Mount, RangeFinder};
 use monorange_core::pipeline::Config;
 use nalgebra::Matrix2;
 use std::{
@@ -26,6 +26,8 @@ use toml::de::DeTable;
 /// height = 0.40
 /// tilt_deg = 12.0
 /// ```
+///
+/// Where a standard deviation of the mount is not given, the mount counts as measured by hand ([`MOUNT_STD_BY_HAND`]).
 #[derive(Clone, Debug)]
 pub struct Rig {
     /// Camera and mount.
@@ -35,11 +37,14 @@ pub struct Rig {
     /// Standard deviations of the mount, in the order of
     /// [`MOUNT_PARAMETERS`](monorange_core::geometry::MOUNT_PARAMETERS): m and rad.
     pub mount_std: [f64; 6],
+    /// Which of them the rig file does not give: they are [`MOUNT_STD_BY_HAND`].
+    pub assumed_std: [bool; 6],
     /// Settings of the pipeline.
     pub settings: Config,
 }
 
-const ROOT: &[&str] = &["camera_info", "camera", "mount", "extract", "filter", "association"];
+/// Keys of the outermost table besides the settings' sections.
+const ROOT: [&str; 3] = ["camera_info", "camera", "mount"];
 const CAMERA: &[&str] =
     &["camera_info", "width", "height", "focal", "principal", "skew", "lens", "distortion", "pixel_std"];
 /// The mount's keys in the order of its parameters: value, standard deviation, and the factor to SI units.
@@ -56,17 +61,19 @@ const DEGREE: f64 = std::f64::consts::PI / 180.0;
 const PIXEL_STD: f64 = 0.3;
 
 impl Rig {
-    /// A rig with the default settings.
+    /// A rig with the default settings. A calibration that leaves more than the default floor of a corner's standard deviation
+    /// raises it.
     ///
     /// # Errors
     /// When a number does not fit into 32 bits.
     pub fn new(finder: RangeFinder<f64>, pixel_std: [f64; 2], mount_std: [f64; 6]) -> Result<Self> {
         let [height, tilt, roll, yaw, ..] = mount_std.map(|std| std as f32);
-        let settings = Config {
-            mount_std: [height, tilt, roll, yaw],
-            ..Config::new(finder.cast().map_err(Error::new)?)
-        };
-        Ok(Self { finder, pixel_std, mount_std, settings })
+        let single = finder.cast().map_err(Error::new)?;
+        let mut settings = Config { mount_std: [height, tilt, roll, yaw], ..Config::new(single) };
+        for std in pixel_std {
+            settings.corner_std_floor_px = settings.corner_std_floor_px.max(std as f32);
+        }
+        Ok(Self { finder, pixel_std, mount_std, assumed_std: [false; 6], settings })
     }
 
     /// The rig in a TOML file; a camera file that it names is looked for beside it.
@@ -97,12 +104,18 @@ impl Rig {
     fn parse_of(path: &Path, text: &str, number: Option<usize>) -> Result<Self> {
         let source = Source { path, text };
         let document = DeTable::parse(text).map_err(|error| not_toml(&source, &error))?;
-        let root = Section::root(&source, document.get_ref(), ROOT)?;
+        let known: Vec<_> = ROOT.into_iter().chain(settings::sections()).collect();
+        let root = Section::root(&source, document.get_ref(), &known)?;
         let (camera, pixel_std) = camera(&root, path, number)?;
-        let (mount, mount_std) = mount(&root)?;
+        let (mount, given_std) = mount(&root)?;
+        let mut mount_std = MOUNT_STD_BY_HAND;
+        for (std, given) in mount_std.iter_mut().zip(given_std) {
+            *std = given.unwrap_or(*std);
+        }
         let rig = Self::new(RangeFinder::new(camera, mount), pixel_std, mount_std)?;
         plausibility::check_mount(path, &rig.finder, &rig.mount_std);
-        Ok(Self { settings: settings::read(&root, rig.settings)?, ..rig })
+        let assumed_std = given_std.map(|given| given.is_none());
+        Ok(Self { settings: settings::read(&root, rig.settings)?, assumed_std, ..rig })
     }
 
     /// Writes camera and mount as a rig file.
@@ -305,12 +318,12 @@ fn intrinsics(section: &Section<'_>) -> Result<Intrinsics> {
     })
 }
 
-fn mount(root: &Section<'_>) -> Result<(Mount<f64>, [f64; 6])> {
+fn mount(root: &Section<'_>) -> Result<(Mount<f64>, [Option<f64>; 6])> {
     let known: Vec<_> =
         MOUNT_KEYS.iter().map(|(key, ..)| *key).chain(MOUNT_KEYS.iter().map(|(_, std, _)| *std)).collect();
     let help = "say how the camera sits: [mount] with height (m) and tilt_deg (downwards)";
     let section = root.section("mount", &known)?.ok_or_else(|| root.missing("mount", help))?;
-    let (mut parameters, mut deviations) = ([0.0; 6], [0.0; 6]);
+    let (mut parameters, mut deviations) = ([0.0; 6], [None; 6]);
     for ((parameter, deviation), (key, std_key, unit)) in
         parameters.iter_mut().zip(&mut deviations).zip(MOUNT_KEYS)
     {
@@ -332,11 +345,11 @@ fn mount(root: &Section<'_>) -> Result<(Mount<f64>, [f64; 6])> {
         if !sound {
             return Err(section.out_of_range(key, value, expected).help("correct the value"));
         }
-        let std = section.number(std_key)?.unwrap_or(0.0);
-        if std < 0.0 {
+        let std = section.number(std_key)?;
+        if let Some(std) = std.filter(|std| *std < 0.0) {
             return Err(section.out_of_range(std_key, std, "0 or above").help("give a standard deviation"));
         }
-        (*parameter, *deviation) = (value * unit, std * unit);
+        (*parameter, *deviation) = (value * unit, std.map(|std| std * unit));
     }
     let mount = Mount::new(parameters).map_err(|error| section.error("height", error.to_string()))?;
     Ok((mount, deviations))

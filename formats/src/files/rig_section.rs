@@ -67,6 +67,11 @@ impl<'a> Section<'a> {
         Ok(self)
     }
 
+    /// The table's name.
+    pub(super) fn name(&self) -> &'static str {
+        self.name
+    }
+
     /// A number, or `None` without the key.
     pub(super) fn number(&self, key: &'static str) -> Result<Option<f64>> {
         let Some((_, value)) = self.entry(key) else { return Ok(None) };
@@ -106,6 +111,15 @@ impl<'a> Section<'a> {
         match value.get_ref() {
             DeValue::String(text) => Ok(Some(text.as_ref())),
             _ => Err(self.wrong(key, value, "a string", "put it in double quotes")),
+        }
+    }
+
+    /// `true` or `false`, or `None` without the key.
+    pub(super) fn switch(&self, key: &'static str) -> Result<Option<bool>> {
+        let Some((_, value)) = self.entry(key) else { return Ok(None) };
+        match value.get_ref() {
+            DeValue::Boolean(on) => Ok(Some(*on)),
+            _ => Err(self.wrong(key, value, "true or false", "write it without quotes")),
         }
     }
 

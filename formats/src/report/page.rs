@@ -243,7 +243,7 @@ fn settings_section(run: &Run) -> String {
     let changed = settings.iter().filter(|setting| setting.changed).count();
     let mut html = format!(
         "<section><h2>Settings</h2><p class=\"hint\">{} {changed} of {} settings differ from their defaults.</p>\
-         <details><summary>All settings</summary><table><tr><th>Setting<th class=\"n\">value<th>unit<th>meaning</tr>",
+         <details><summary>All settings</summary><table><tr><th>Setting<th class=\"n\">value<th>unit<th>meaning<th>where the default comes from</tr>",
         escape(&run.setup.words),
         settings.len()
     );
@@ -251,11 +251,12 @@ fn settings_section(run: &Run) -> String {
         let class = if setting.changed { " class=\"changed\"" } else { "" };
         let _ = write!(
             html,
-            "<tr{class}><td>{}<td class=\"n\">{}<td>{}<td>{}</tr>",
+            "<tr{class}><td>{}<td class=\"n\">{}<td>{}<td>{}<td>{}</tr>",
             setting.name,
             escape(&setting.value),
             setting.unit,
-            setting.help
+            escape(setting.help),
+            escape(setting.origin)
         );
     }
     html + "</table></details></section>"

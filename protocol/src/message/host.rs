@@ -14,7 +14,7 @@ pub struct Hello {
 }
 
 /// Camera, mount and settings.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Configure {
     /// The camera.
     pub camera: Camera,
@@ -24,7 +24,7 @@ pub struct Configure {
     pub binning: u8,
     /// What the device sends without being asked.
     pub answers: Answers,
-    /// Everything else.
+    /// Everything else, where it is not as by default.
     pub settings: Settings,
 }
 

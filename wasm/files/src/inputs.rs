@@ -1,10 +1,11 @@
 //! The text files that come with pictures, read by the command line's own readers.
 use core::fmt::Display;
 use monorange_core::geometry::{Lens, Pose};
-use monorange_core::pipeline::{self, Config};
+use monorange_core::pipeline;
 use monorange_formats::evaluation::{MAX_TRUTH_GAP, Truth};
 use monorange_formats::files::{
-    self, Control, Odometry, Rig, SETTINGS, Table, memory, read_camera_info, read_times, read_trajectory,
+    self, Control, Odometry, Rig, Table, changed_settings, memory, read_camera_info, read_times,
+    read_trajectory,
 };
 use monorange_protocol::{conversion::message_from_config, message::Answers};
 use nalgebra::Vector2;
@@ -39,7 +40,7 @@ pub fn forget_all() {
 /// A sentence with the file, the line and the key.
 #[wasm_bindgen]
 pub fn rig(path: &str) -> Answer<String> {
-    let Rig { finder, pixel_std, mount_std, settings } = Rig::read(Path::new(path)).map_err(sentence)?;
+    let Rig { finder, pixel_std, mount_std, settings, .. } = Rig::read(Path::new(path)).map_err(sentence)?;
     let mut buffer = [0; 1024];
     let message = message_from_config(&settings, NO_ANSWERS);
     let message: &[u8] = postcard::to_slice(&message, &mut buffer).map_err(sentence)?;
@@ -72,24 +73,6 @@ fn five(path: &str, lens: &Lens<f64>) -> Answer<Vec<f64>> {
 
 /// What a device would send of its own accord; here there is none.
 const NO_ANSWERS: Answers = Answers { observations: false, map_every: 0, statistics_every: 0 };
-
-/// The settings that differ from their defaults, as sections of a rig file.
-fn changed_settings(config: &Config) -> String {
-    let defaults = Config::new(config.finder);
-    let (mut toml, mut section) = (String::new(), "");
-    for setting in SETTINGS {
-        let value = setting.toml(config);
-        if value == setting.toml(&defaults) {
-            continue;
-        }
-        if section != setting.section {
-            section = setting.section;
-            toml += &format!("\n[{section}]\n");
-        }
-        toml += &format!("{} = {value}\n", setting.key);
-    }
-    toml
-}
 
 /// The camera in a file of ROS, OpenCV or Kalibr, as JSON with the names of [`rig`] but for the mount's.
 ///

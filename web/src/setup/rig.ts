@@ -42,7 +42,7 @@ export function guessedRig(width: number, height: number, fieldOfView = 60 * DEG
     distortion: [0, 0, 0, 0, 0],
     pixelStd: [0.5, 0.5],
     mount: { height: 0.4, tilt: 12 * DEGREE, roll: 0, yaw: 0, forward: 0, left: 0 },
-    mountStd: { height: 0.02, tilt: DEGREE, roll: DEGREE, yaw: DEGREE, forward: 0, left: 0 },
+    mountStd: { height: 0.01, tilt: DEGREE, roll: DEGREE, yaw: DEGREE, forward: 0.01, left: 0.01 },
     settings: [],
     settingsToml: '',
     guessed: true,

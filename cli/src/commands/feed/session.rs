@@ -1,4 +1,5 @@
 use super::line::{Line, Stream};
+use monorange_core::pipeline;
 use monorange_formats::{Error, files::Rig, pictures::Picture};
 use monorange_protocol::{
     client::{Answer, Client},
@@ -81,15 +82,19 @@ impl<'a> Session<'a> {
         }
         let configure = conversion::message_from_config(&self.rig.settings, ANSWERS);
         client.send(&HostMessage::Configure(configure), &mut |_| ())?;
-        let (mut refused, mut reset_count) = (false, 0);
+        let (mut refused, mut reset_count) = (None, 0);
         client.wait_for(&mut |message| {
-            refused |= matches!(message, DeviceMessage::Fault(fault) if fault.cause == Cause::Configuration);
-            let DeviceMessage::Info(info) = message else { return refused };
+            if let DeviceMessage::Fault(Fault { cause: Cause::Configuration, detail }) = message {
+                refused = Some(*detail);
+            }
+            let DeviceMessage::Info(info) = message else { return refused.is_some() };
             reset_count = info.reset_count;
             info.configured
         })?;
-        if refused {
-            let error = Error::new("the device refuses the settings");
+        if let Some(number) = refused {
+            let setting = pipeline::settings().find(|(setting, _)| u32::from(setting.number) == number);
+            let which = setting.map_or("the settings", |(setting, _)| setting.name);
+            let error = Error::new(format!("the device refuses {which}"));
             return Err(Failure::Refused(error.help("check the rig file with `monorange slam`")));
         }
         self.reset_count = reset_count;

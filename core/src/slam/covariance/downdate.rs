@@ -207,10 +207,10 @@ macro_rules! rows_of {
 
         /// Two rows' steps: Σ factor · vector is taken from both, or added with `TURN`.
         ///
-        /// Only as a function's arguments are rows known not to overlap, which spares the loop to ask; the compiler must
-        /// see it by itself before it becomes part of its caller, which is why it is not `#[inline(always)]`; and it becomes
-        /// part of one that calls it once, which is what `TURN` and `COPY` are for. Where no wider vectors are chosen it stays
-        /// apart, for its size.
+        /// The rows are separate `&mut` arguments, so that LLVM may assume that they do not overlap and the loop need not check
+        /// at run time. LLVM learns this from the function on its own, before it inlines it: hence no `#[inline(always)]`. It
+        /// inlines a function that has one caller: `TURN` and `COPY` make a function for each caller. Where no wider vectors are
+        /// chosen the function is not inlined, to save flash.
         #[cfg_attr(target_arch = "x86_64", inline)]
         #[cfg_attr(not(target_arch = "x86_64"), inline(never))]
         pub(in crate::slam) fn $pair<T: Real, const TURN: bool, const COPY: usize>(

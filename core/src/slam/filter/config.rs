@@ -1,6 +1,7 @@
 //! Which filter, and its settings.
 use crate::association::Gate;
 use crate::geometry::RangeFinder;
+use crate::setting::{self, choices, settings};
 use crate::{Error, Real, Result};
 
 /// Which extended Kalman filter.
@@ -15,6 +16,8 @@ pub enum Variant {
     FirstEstimates,
 }
 
+choices!(Variant { "invariant" => Invariant, "textbook" => Textbook, "fej" => FirstEstimates });
+
 /// How the covariance is kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Covariance {
@@ -25,6 +28,8 @@ pub enum Covariance {
     /// P = U D Uᵀ, packed: positive by construction, several times the work. For sensors finer than that.
     Factored,
 }
+
+choices!(Covariance { "packed" => Packed, "factored" => Factored });
 
 /// Settings of the filter. Checked once, by [`Filter::new`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,20 +72,40 @@ impl<T: Real> Default for FilterConfig<T> {
 }
 
 impl<T: Real> FilterConfig<T> {
-    /// Whether a filter can run with these settings.
+    /// The settings themselves if a filter can run with them.
     ///
     /// # Errors
     /// [`Error::OutOfRange`] with the name of the first value that it cannot use.
-    pub fn check(&self) -> Result<()> {
-        let positive = |name, number: T| {
-            let value = number.to_f64();
-            let ok = number.is_finite() && number > T::zero();
-            if ok { Ok(()) } else { Err(Error::OutOfRange { name, value, expected: "finite and above 0" }) }
+    pub fn validated(self) -> Result<Self> {
+        let single = |number: T| number.to_f64() as f32;
+        let mut rounded = FilterConfig {
+            variant: self.variant,
+            covariance: self.covariance,
+            gate: self.gate,
+            gate_nis: self.gate_nis.map(single),
+            finder: None,
+            mount_std: None,
+            range_prior: (single(self.range_prior.0), single(self.range_prior.1)),
+            polar_as_point: self.polar_as_point,
+            linearity: single(self.linearity),
         };
-        self.gate_nis.into_iter().try_for_each(|gate| positive("filter.gate_nis", gate))?;
-        self.mount_std.into_iter().flatten().try_for_each(|std| positive("filter.mount_std", std))?;
-        positive("filter.range_prior", self.range_prior.0)?;
-        positive("filter.range_prior", self.range_prior.1)?;
-        positive("filter.linearity", self.linearity)
+        setting::check(&FILTER, &mut rounded)?;
+        match self.mount_std.into_iter().flatten().find(|std| !(std.is_finite() && *std > T::zero())) {
+            Some(std) => {
+                let (value, expected) = (std.to_f64(), "finite and above 0");
+                Err(Error::OutOfRange { name: "filter.mount_std", value, expected })
+            }
+            None => Ok(self),
+        }
     }
 }
+
+settings! { FILTER, FILTER_REFERENCES, FilterConfig<f32>, "filter" {
+    5 variant: Choice [variant] "Which filter: invariant is consistent on long loops, textbook is the paper's, fej takes Jacobians at first estimates.", "Consistency tests of the simulated loop (tests/slam_consistency).";
+    6 covariance: Choice [covariance] "How the covariance is kept: packed is the fastest, factored stays positive for sensors finer than a millimetre.", "A million updates of landmarks seen to a millimetre (tests/slam_limits).";
+    7 gate: Choice [gate] "What happens to a measurement beyond its gate: soft inflates its noise, hard drops it, none uses it as it is.", "A hard gate drops everything for good after one bad spell (theory page of core::association).";
+    8 gate_nis: Pair [gate_nis] (1e-3, 1e6), "The gate: largest normalised innovation squared, for 1 and 2 degrees of freedom.", "χ² at 0.99 for 1 and 2 degrees of freedom.";
+    9 range_prior: Couple [range_prior] (1e-3, 1e4, "m"), "Range, and its standard deviation, of a landmark that is first seen by its bearing alone.", "Judgement: indoor ranges.";
+    10 linearity: Number [linearity] (1e-6, 10), "Linearity index below which a landmark in inverse distance becomes a point.", "Civera, Davison & Montiel 2008, who take 0.1.";
+    48 polar_as_point: Switch [polar_as_point] "Whether the invariant filter takes range and bearing as a position in the robot's frame, where its errors are linear.", "Equation: the invariant error of a position is linear (theory page of core::slam).";
+}}

@@ -6,6 +6,7 @@ mod read;
 pub(in crate::slam) mod update;
 
 pub use config::{Covariance, FilterConfig, Variant};
+pub(crate) use config::{FILTER, FILTER_REFERENCES};
 pub use update::{Decision, Observation, Outcome};
 
 use crate::geometry::{Pose, RangeFinder, wrap_angle};
@@ -138,7 +139,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         if capacity < start {
             return Err(Error::Size { name: "filter.storage", got: length, expected: storage_len(start) });
         }
-        config.check()?;
+        let config = config.validated()?;
         let prior = Increment { delta: [pose.x, pose.y, pose.heading].into(), covariance };
         prior.check()?;
         let first_pose = [pose.x, pose.y, pose.heading];

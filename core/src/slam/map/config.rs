@@ -1,4 +1,5 @@
 //! Settings of the map's upkeep, what goes in, and what is reported.
+use crate::setting::{self, choices, settings};
 use crate::slam::models::Measurement;
 use crate::{Error, Real, Result};
 use nalgebra::Vector2;
@@ -12,6 +13,8 @@ pub enum Pairing {
     /// Exclusive nearest.
     Nearest,
 }
+
+choices!(Pairing { "joint" => Joint, "nearest" => Nearest });
 
 /// What the sensor sees, for expecting landmarks in view.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,13 +52,14 @@ pub struct MapConfig<T> {
     pub view: View<T>,
     /// Nodes of the joint search.
     pub joint_nodes: usize,
-    /// A pair is left out when another explanation of the frame is less than this much dearer: 2 ln of the ratio of
-    /// likelihoods. At 6 it is twenty times less likely.
+    /// Drop a match if some other assignment of the frame costs less than this much more: 2 ln of the ratio of likelihoods. At 6
+    /// the other assignment is twenty times less likely.
     pub ambiguity: T,
-    /// As much cheaper than a new landmark, in the same unit, a pair or a merger must be to count without the word of others.
-    /// 0 is what is likelier; more is safer where the drift until a loop closes reaches the next corner, and closes later.
+    /// A lone match or merge is accepted only if it beats "this is a new landmark" by this margin (2 ln likelihood ratio). At 0
+    /// the likelier explanation wins. A larger margin is safer where the drift until a loop closes reaches the next corner, and
+    /// closes the loop later.
     pub caution: T,
-    /// Landmarks a square metre that are not in the map yet, where the robot goes: what a pair is weighed against.
+    /// Landmarks a square metre, where the robot goes, that are not in the map yet: what a match is weighed against.
     pub density: T,
 }
 
@@ -81,31 +85,62 @@ impl<T: Real> Default for MapConfig<T> {
 }
 
 impl<T: Real> MapConfig<T> {
-    /// Whether a map can be kept with these settings.
+    /// The settings themselves if a map can be kept with them.
     ///
     /// # Errors
     /// [`Error::OutOfRange`] with the name of the first value that it cannot use.
-    pub fn check(&self) -> Result<()> {
-        let ordered = self.match_nis.iter().all(|nis| *nis > T::zero() && *nis <= self.birth_nis);
-        if !ordered {
-            let (name, value) = ("map.birth_nis", self.birth_nis.to_f64());
-            return Err(Error::OutOfRange {
-                name,
-                value,
-                expected: "at least map.match_nis, which is above 0",
-            });
+    pub fn validated(self) -> Result<Self> {
+        let single = |number: T| number.to_f64() as f32;
+        let View { near, far, half_angle } = self.view;
+        let view = View { near: single(near), far: single(far), half_angle: single(half_angle) };
+        let mut rounded = MapConfig {
+            pairing: self.pairing,
+            match_nis: self.match_nis.map(single),
+            birth_nis: single(self.birth_nis),
+            confirm: self.confirm,
+            within: self.within,
+            forget: self.forget,
+            delete_after: self.delete_after,
+            merge_distance: single(self.merge_distance),
+            merge_missed: self.merge_missed,
+            view,
+            joint_nodes: self.joint_nodes,
+            ambiguity: single(self.ambiguity),
+            caution: single(self.caution),
+            density: single(self.density),
+        };
+        setting::check(&MAP, &mut rounded)?;
+        let refused =
+            |name, value: f32, expected| Err(Error::OutOfRange { name, value: value.into(), expected });
+        if rounded.match_nis.into_iter().any(|nis| nis > rounded.birth_nis) {
+            return refused("association.birth_nis", rounded.birth_nis, "at least match_nis");
         }
-        if !(self.density > T::zero() && self.density.is_finite()) {
-            let (name, value) = ("map.density", self.density.to_f64());
-            return Err(Error::OutOfRange { name, value, expected: "finite and above 0" });
+        if self.within < self.confirm {
+            return refused("association.confirm", self.confirm as f32, "at most within");
         }
-        if self.confirm == 0 || self.within < self.confirm {
-            let (name, value) = ("map.confirm", f64::from(self.confirm));
-            return Err(Error::OutOfRange { name, value, expected: "from 1 to map.within" });
+        let parts = [("view.near", view.near), ("view.far", view.far), ("view.half_angle", view.half_angle)];
+        match parts.into_iter().find(|(_, part)| part.is_nan() || *part < 0.0) {
+            Some((name, part)) => refused(name, part, "a number of at least 0"),
+            None => Ok(self),
         }
-        Ok(())
     }
 }
+
+settings! { MAP, MAP_REFERENCES, MapConfig<f32>, "association" {
+    11 pairing: Choice [pairing] "How corners and landmarks are paired: jointly compatible, or each with its nearest.", "Neira & Tardós 2001; nearest is there for comparison.";
+    12 match_nis: Pair [match_nis] (1e-3, 1e6), "Largest normalised innovation squared of a pair that stands alone, for 1 and 2 degrees of freedom.", "χ² at 0.99 for 1 and 2 degrees of freedom.";
+    13 birth_nis: Number [birth_nis] (1e-3, 1e6), "A new landmark's normalised innovation squared to every other landmark is above this.", "Judgement: five standard deviations.";
+    14 confirm: Whole [confirm] (1, 1e6, "sightings"), "Sightings that make a tentative landmark part of the map.", "Judgement.";
+    15 within: Whole [within] (1, 1e6, "sightings"), "Expected sightings within which a tentative landmark must be confirmed.", "Judgement: twice confirm.";
+    16 forget: Whole [forget] (0, 1e6, "frames"), "Frames after which an unseen tentative landmark is deleted.", "Judgement.";
+    17 delete_after: Whole [delete_after] (0, 1e6, "sightings"), "Expected sightings in a row without one that delete a landmark; 0 is never.", "Off: a hidden corner is not a vanished one.";
+    18 merge_distance: Number [merge_distance] (0, 1e3, "m"), "Landmarks closer than this may be one; 0 merges nothing.", "Judgement: less than a door's width.";
+    19 merge_missed: Whole [merge_missed] (0, 1e6, "sightings"), "Expected sightings in a row that such a duplicate has missed.", "Judgement.";
+    20 joint_nodes: Size [joint_nodes] (1, 1e6, "nodes"), "Nodes that the joint search visits at most.", "A bound on time; a report says where it was reached.";
+    45 ambiguity: Number [ambiguity] (0, 1e6), "A match is dropped if some other assignment of the frame costs less than this much more (2 ln of the likelihood ratio).", "Judgement: at 6 the other assignment is twenty times less likely.";
+    46 caution: Number [caution] (0, 1e6), "A lone match or merge is accepted only if it beats a new landmark by this margin (2 ln of the likelihood ratio).", "Twenty simulated corridors, of which four closed on the wrong door at 0; 6 is a ratio of twenty.";
+    47 density: Number [density] (1e-9, 1e6, "1/m²"), "Landmarks a square metre that are not in the map yet: what a match is weighed against.", "A simulated corridor of 66 m by 2 m shows 110 corners, and each picture half of those in view.";
+}}
 
 /// What is known about a measurement's landmark beforehand.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -21,6 +21,7 @@ mod stacked;
 mod upkeep;
 
 pub use config::{Feature, Hint, MapConfig, MapReport, Pairing, View};
+pub(crate) use config::{MAP, MAP_REFERENCES};
 
 use crate::slam::filter::Filter;
 use crate::slam::filter::{Decision, Outcome};
@@ -47,7 +48,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     /// # Errors
     /// [`Error::OutOfRange`] when a threshold is not above 0, or the birth threshold is below the match threshold.
     pub fn new(filter: Filter<T, S, L>, config: MapConfig<T>) -> Result<Self> {
-        config.check()?;
+        let config = config.validated()?;
         let next_id = filter.landmarks().iter().map(|landmark| landmark.id + 1).max().unwrap_or(0);
         Ok(Self { filter, config, health: Health::default(), next_id, frame: 0 })
     }
