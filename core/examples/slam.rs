@@ -4,12 +4,12 @@
 //!
 //! ```text
 //! 0.0 s: 3 corners, 0.000 ± 0.000 m driven, in truth 0.000 m
-//! 0.5 s: 3 corners, 0.511 ± 0.010 m driven, in truth 0.500 m
-//! 1.0 s: 2 corners, 1.021 ± 0.014 m driven, in truth 1.000 m
-//! 1.5 s: 1 corners, 1.534 ± 0.018 m driven, in truth 1.500 m
-//! landmark 0: (3.05, -0.61) m, seen 11 times
-//! landmark 1: (3.05, 0.10) m, seen 16 times
-//! landmark 2: (3.05, 0.71) m, seen 7 times
+//! 0.5 s: 3 corners, 0.513 ± 0.011 m driven, in truth 0.500 m
+//! 1.0 s: 2 corners, 1.024 ± 0.015 m driven, in truth 1.000 m
+//! 1.5 s: 1 corners, 1.539 ± 0.019 m driven, in truth 1.500 m
+//! landmark 0: (3.07, -0.61) m, seen 11 times
+//! landmark 1: (3.07, 0.10) m, seen 16 times
+//! landmark 2: (3.07, 0.71) m, seen 7 times
 //! ```
 use monorange_core::geometry::{Camera, Mount, RangeFinder};
 use monorange_core::image::Grey;
