@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`sequence`] | a recorded drive: pictures, times, odometry and truth, checked against each other |
 //! | [`outputs`] | files that appear whole or not at all |
+//! | [`warnings`] | warnings on standard error, a line each |
 //! | [`interrupt`] | Ctrl-C and its like: what is unfinished goes |
 //! | [`calibration`] | the mount from points, drives or vertical edges |
 //! | [`reproduce`] | the paper's tables and figures |
@@ -17,3 +18,4 @@ pub mod interrupt;
 pub mod outputs;
 pub mod reproduce;
 pub mod sequence;
+pub mod warnings;

@@ -6,7 +6,7 @@ fn main() -> ExitCode {
     let arguments = monorange::commands::Cli::parse();
     monorange::interrupt::watch();
     let done = monorange::commands::run(arguments);
-    monorange::commands::say_warnings();
+    monorange::warnings::say();
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

@@ -1,5 +1,5 @@
 //! A recorded drive: pictures, their times, odometry and truth, checked against each other.
-use crate::commands;
+use crate::warnings;
 use monorange_formats::{
     Error, Result,
     evaluation::{MAX_TRUTH_GAP, Truth},
@@ -58,7 +58,7 @@ impl Sequence {
         if let Some(path) = files.truth {
             check_truth(path, &truth, &times)?;
         }
-        commands::say_warnings();
+        warnings::say();
         Ok(Self { images, times, odometry, truth, folder })
     }
 }

@@ -45,13 +45,6 @@ enum Command {
     Settings(settings::Arguments),
 }
 
-/// Prints the warnings that were not printed yet, a line each.
-pub fn say_warnings() {
-    for warning in monorange_formats::warnings::fresh() {
-        eprintln!("warning: {warning}");
-    }
-}
-
 /// Runs the command that the arguments name.
 ///
 /// # Errors

@@ -1,5 +1,4 @@
 //! What `slam` and `slam-log` give: the same files, and the same lines.
-use super::say_warnings;
 use crate::outputs::{Outputs, to_file_or_stdout};
 use monorange_formats::{
     Error, Result,
@@ -17,7 +16,7 @@ pub(super) fn no_common_pose(start: f64) -> Error {
 /// Writes trajectory, map, observations and reports, with what there is to warn of.
 pub(super) fn write(outputs: &mut Outputs, run: &mut Run) -> Result<()> {
     warn(run);
-    say_warnings();
+    crate::warnings::say();
     run.warnings = warnings::all();
     OUTPUTS.iter().try_for_each(|name| outputs.write(name, |out| run.write(name, out)))
 }

@@ -17,7 +17,7 @@ impl RigFile {
     /// Reads it.
     pub(super) fn read(&self) -> Result<Rig> {
         let rig = Rig::read_of(&self.rig, self.camera)?;
-        super::say_warnings();
+        crate::warnings::say();
         Ok(rig)
     }
 }

@@ -194,7 +194,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let mut recording = arguments.recording()?;
     let settings = arguments.settings(&recording.log)?;
     let left_out = arguments.leave_out_unnamed(&mut recording.log, &settings);
-    super::say_warnings();
+    crate::warnings::say();
     let mut outputs = Outputs::of_a_run(&arguments.out, &OUTPUTS, "report.json")?;
     let result = sensor_log::run(&recording.log, &settings)?;
     let mut run = arguments.report(&recording, &settings, result)?;
