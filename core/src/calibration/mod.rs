@@ -145,8 +145,8 @@ fn solve(first: &Mount<f64>, fitted: Fitted, at: impl Fn(&Mount<f64>) -> Option<
     // Scaled to a unit diagonal, so that metres and radians do not decide what counts as singular.
     let scale = information.diagonal().map(|entry| 1.0 / libm::sqrt(entry));
     let scaled = Matrix6::from_diagonal(&scale) * information * Matrix6::from_diagonal(&scale);
-    let least = scaled.symmetric_eigenvalues().min();
-    if least.is_nan() || least <= 1e-12 {
+    // The least eigenvalue is above 1e-12 where the matrix less that much is still positive definite.
+    if (scaled - Matrix6::identity() * 1e-12).cholesky().is_none() {
         return Err(undetermined(normal.count));
     }
     let inverse = scaled.cholesky().ok_or(undetermined(normal.count))?.inverse();

@@ -118,9 +118,17 @@ impl Config {
     /// Whether this build has what the settings ask for.
     ///
     /// # Errors
-    /// As [`needs_no_features`](Self::needs_no_features), without the features `alloc` and `sift`.
+    /// As [`needs_no_features`](Self::needs_no_features), without the features `alloc` and `sift`;
+    /// [`Error::Unsupported`] for [`Carrier::Free`] without the feature `free-homography`.
     pub fn supported(&self) -> Result<()> {
-        if cfg!(all(feature = "alloc", feature = "sift")) { Ok(()) } else { self.needs_no_features() }
+        if !cfg!(all(feature = "alloc", feature = "sift")) {
+            return self.needs_no_features();
+        }
+        if self.carrier == Carrier::Free && !cfg!(feature = "free-homography") {
+            let reason = "the free homography is not built in here, \"map\" and \"floor\" work";
+            return Err(Error::Unsupported { name: "association.carrier", reason });
+        }
+        Ok(())
     }
 
     /// Whether rows and odometry are all that the settings need: no picture is matched with another.
@@ -223,6 +231,8 @@ mod tests {
             let refused = Config { carrier, ..config }.needs_no_features().unwrap_err().to_string();
             assert!(refused.contains("association.carrier") && refused.contains("\"map\""), "{refused}");
         }
+        let free = Config { carrier: Carrier::Free, ..config }.supported();
+        assert_eq!(free.is_ok(), cfg!(feature = "free-homography"), "{free:?}");
         let refused = Config { motion_from: MotionFrom::Pictures, ..config }.needs_no_features();
         assert!(refused.unwrap_err().to_string().contains("give odometry"));
     }

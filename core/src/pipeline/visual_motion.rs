@@ -241,6 +241,9 @@ fn prior(step: &Increment<f32>) -> MotionPrior<f32> {
 
 /// The homography that most rays agree with.
 fn free_homography(camera: &Camera<f32>, matches: &[Match<f32>]) -> Option<HomographyEstimate<f32>> {
+    if !cfg!(feature = "free-homography") {
+        return None; // `Config::supported` has refused to want it
+    }
     let rays: Vec<_> = matches.iter().filter_map(|pair| pair.as_rays(camera)).collect();
     let mut posteriors = vec![0.0; rays.len()];
     let config = HomographyConfig { scale_noise: true, ..HomographyConfig::default() };
