@@ -138,7 +138,7 @@ async function measure([frames, rounds, levels, photo]: readonly [number, number
     cv.HoughLines(opened, lines, 1, Math.PI / 180, 60);
   })));
 
-  const extractor = new simd.Pipeline(parameters, new Uint8Array());
+  const extractor = new simd.Pipeline(parameters, new Uint8Array(), false);
   const beside = (pictures: Uint8Array[]) => {
     // In turn, so that all meet the same machine.
     const turns = [1, 2].map(() => [extract(extractor, pictures), ...levels.map((level) => chain(pictures, level))]);
@@ -161,6 +161,6 @@ async function measure([frames, rounds, levels, photo]: readonly [number, number
     version: (/OpenCV (\S+)/i.exec(cv.getBuildInformation?.() ?? '') ?? [])[1] ?? '',
     pipeline: drive(false),
     withSift: drive(true),
-    scalar: extract(new scalar.Pipeline(parameters, new Uint8Array()), pictures),
+    scalar: extract(new scalar.Pipeline(parameters, new Uint8Array(), false), pictures),
   };
 }
