@@ -276,8 +276,9 @@ pub fn from_drive(rig: &Rig, sequence: &Sequence, fitted: Fitted) -> Result<Cali
     let mut reached = start;
     let mut drive = Vec::new();
     for (image, time) in sequence.images.iter().zip(&sequence.times) {
-        let Ok(picture) = Picture::read(image) else { continue };
-        let extraction = extractor.extract(picture.grey()?).map_err(|error| Error::new(error).at(image))?;
+        let Ok(picture) = image.read() else { continue };
+        let extraction =
+            extractor.extract(picture.grey()?).map_err(|error| Error::new(error).at(image.name()))?;
         let mut motions = Vec::new();
         let controls = sequence.odometry.as_ref().map(|odometry| odometry.between(reached, *time));
         for control in controls.unwrap_or_default() {

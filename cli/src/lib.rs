@@ -3,6 +3,7 @@
 //! | module | what |
 //! |---|---|
 //! | [`sequence`] | a recorded drive: pictures, times, odometry and truth, checked against each other |
+//! | [`mcap_output`] | the run as a recording of ROS 2 |
 //! | [`outputs`] | files that appear whole or not at all |
 //! | [`warnings`] | warnings on standard error, a line each |
 //! | [`interrupt`] | Ctrl-C and its like: what is unfinished goes |
@@ -15,6 +16,7 @@
 pub mod calibration;
 pub mod commands;
 pub mod interrupt;
+pub mod mcap_output;
 pub mod outputs;
 pub mod reproduce;
 pub mod sequence;

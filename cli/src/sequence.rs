@@ -2,9 +2,10 @@
 use crate::warnings;
 use monorange_formats::{
     Error, Result,
+    bags::{self, Recording},
     evaluation::{MAX_TRUTH_GAP, Truth},
     files::{Odometry, Rig, Stamped, read_trajectory},
-    pictures::{self, Frames},
+    pictures::{self, Frames, Picture},
     plausibility,
 };
 use std::path::{Path, PathBuf};
@@ -26,15 +27,45 @@ pub struct SequenceFiles<'a> {
 #[derive(Debug)]
 pub struct Sequence {
     /// The pictures in the order of time.
-    pub images: Vec<PathBuf>,
+    pub images: Vec<Frame>,
     /// When each was taken, s.
     pub times: Vec<f64>,
     /// Wheel odometry, which covers the pictures' times.
     pub odometry: Option<Odometry>,
     /// True poses; none without a file.
     pub truth: Vec<Stamped>,
-    /// The folder of the pictures.
+    /// The folder of the pictures, or the recording.
     pub folder: PathBuf,
+}
+
+/// Where a picture is.
+#[derive(Clone, Debug)]
+pub enum Frame {
+    /// A file of its own.
+    File(PathBuf),
+    /// A message of a recording.
+    Message(bags::Frame),
+}
+
+impl Frame {
+    /// Decodes the picture.
+    ///
+    /// # Errors
+    /// When it cannot be read, or is damaged.
+    pub fn read(&self) -> Result<Picture> {
+        match self {
+            Self::File(path) => Picture::read(path),
+            Self::Message(frame) => frame.read(),
+        }
+    }
+
+    /// What messages call it.
+    pub fn name(&self) -> &Path {
+        match self {
+            Self::File(path) => path,
+            Self::Message(frame) => frame.name(),
+        }
+    }
 }
 
 impl Sequence {
@@ -54,13 +85,42 @@ impl Sequence {
         if let (Some(odometry), Some(path)) = (&odometry, files.odometry) {
             odometry.check_cover(path, &times)?;
         }
-        let truth = files.truth.map(read_trajectory).transpose()?.unwrap_or_default();
-        if let Some(path) = files.truth {
-            check_truth(path, &truth, &times)?;
-        }
+        let truth = true_poses(files.truth, &times)?;
         warnings::say();
+        let images = images.into_iter().map(Frame::File).collect();
         Ok(Self { images, times, odometry, truth, folder })
     }
+
+    /// The parts of a recording, with odometry and truth from files where these are given.
+    ///
+    /// # Errors
+    /// When the pictures have another size than the rig's, or a file is malformed or does not cover them.
+    pub fn of_recording(recording: Recording, files: SequenceFiles<'_>, rig: &Rig) -> Result<Self> {
+        let Recording { frames, times, mut odometry, .. } = recording;
+        let camera = rig.finder.camera();
+        if let Some((frame, size)) = frames.first().and_then(|frame| Some((frame, frame.size()?))) {
+            plausibility::check_picture(frame.name(), size, [camera.width(), camera.height()])?;
+        }
+        plausibility::check_steps(files.frames, &times)?;
+        if let Some(path) = files.odometry {
+            let read = Odometry::read(path)?;
+            read.check_cover(path, &times)?;
+            odometry = Some(read);
+        }
+        let truth = true_poses(files.truth, &times)?;
+        warnings::say();
+        let images = frames.into_iter().map(Frame::Message).collect();
+        Ok(Self { images, times, odometry, truth, folder: files.frames.to_owned() })
+    }
+}
+
+/// The true poses of a file; none without one.
+fn true_poses(path: Option<&Path>, times: &[f64]) -> Result<Vec<Stamped>> {
+    let truth = path.map(read_trajectory).transpose()?.unwrap_or_default();
+    if let Some(path) = path {
+        check_truth(path, &truth, times)?;
+    }
+    Ok(truth)
 }
 
 /// Fails before the work when nothing of it can be compared.

@@ -3,6 +3,7 @@
 //! | module | what |
 //! |---|---|
 //! | [`files`] | every format that is read or written, one module each |
+//! | `bags` | recordings of ROS 2: MCAP and rosbag2 (feature `bags`) |
 //! | [`pictures`] | folders of pictures, decoding to grey |
 //! | [`evaluation`] | a trajectory and a map against the truth |
 //! | [`extraction`] | the core's extractor with memory from the heap |
@@ -14,6 +15,8 @@
 //!
 //! Elementary functions are `libm`'s, here as in the core: what the page writes must not differ in a last bit from what
 //! the command line writes. Every [`Error`] names the file, the line or field, the cause and what to do.
+#[cfg(feature = "bags")]
+pub mod bags;
 pub mod draw;
 mod error;
 pub mod evaluation;

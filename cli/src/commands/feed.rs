@@ -19,7 +19,6 @@ use monorange_core::{
 use monorange_formats::{
     Error, Result,
     files::{MapPoint, Stamped},
-    pictures::Picture,
     report::{OUTPUTS, Observation, Run},
 };
 use monorange_protocol::{client::Answer, conversion, message};
@@ -71,9 +70,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         Duration::try_from_secs_f64(arguments.patience).ok().filter(|patience| !patience.is_zero());
     let patience =
         patience.ok_or_else(|| Error::new("--patience is no time").help("give seconds above 0"))?;
-    let rig = arguments.inputs.rig.read()?;
-    check_settings(&rig.settings).map_err(|error| error.at(&arguments.inputs.rig.rig))?;
-    let sequence = Sequence::read(arguments.inputs.files(), &rig)?;
+    let (rig, sequence) = arguments.inputs.read()?;
+    check_settings(&rig.settings).map_err(|error| error.at(arguments.inputs.rig_place()))?;
     if sequence.odometry.is_none() {
         eprintln!("warning: without --odometry the device takes the robot to stand still");
     }
@@ -220,7 +218,7 @@ impl Drive<'_> {
         else {
             return Ok(());
         };
-        let picture = match Picture::read(image) {
+        let picture = match image.read() {
             Ok(picture) => picture,
             Err(error) => {
                 self.run.left_out.push(error.to_string().lines().next().unwrap_or_default().to_owned());

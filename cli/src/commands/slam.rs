@@ -1,9 +1,8 @@
 //! `slam`: a sequence of pictures → trajectory, map, and a report about both.
-use super::rig_file::RigFile;
 use crate::{
-    commands::progress,
-    commands::results,
-    outputs::Outputs,
+    commands::{progress, results},
+    mcap_output::McapOutput,
+    outputs::{Outputs, to_file_or_stdout},
     sequence::{Sequence, SequenceFiles},
 };
 use clap::Args;
@@ -14,6 +13,7 @@ use monorange_core::{
 };
 use monorange_formats::{
     Error, Result,
+    bags::{Choice, Recording},
     files::{Rig, Stamped, Table, confirmed_map},
     pictures::{Picture, beside},
     plausibility::FrozenCamera,
@@ -34,6 +34,9 @@ use std::{
 /// landmarks are moved there by the first true pose, which is all that is used of the truth but for the report.
 /// `times.txt`, `laser.csv` and (with --truth) `landmarks.csv` beside the folder of frames are found by their
 /// names.
+///
+/// `--bag drive.mcap` takes a recording of ROS 2 instead of a folder (MCAP or rosbag2: pictures raw or packed, odometry, camera_info,
+/// tf); without --rig its camera_info and transforms say what the camera is and how it sits.
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Example:
@@ -49,6 +52,9 @@ pub struct Arguments {
     /// The folder to write to.
     #[arg(long, value_name = "DIR", default_value = "monorange-slam")]
     out: PathBuf,
+    /// Also write the run as a recording of ROS 2 (MCAP), for Foxglove, rerun and `ros2 bag`.
+    #[arg(long, value_name = "FILE")]
+    mcap: Option<PathBuf>,
     /// Print the summary as JSON.
     #[arg(long)]
     json: bool,
@@ -57,11 +63,27 @@ pub struct Arguments {
 /// The files of a sequence.
 #[derive(Args, Debug)]
 pub(super) struct Inputs {
-    #[command(flatten)]
-    pub(super) rig: RigFile,
+    /// Camera, mount and settings (TOML); with --bag by default what the recording says.
+    #[arg(long, value_name = "FILE", required_unless_present = "bag")]
+    rig: Option<PathBuf>,
+    /// Which camera of the file that the rig names with `camera_info`, counted from 0, where it holds several.
+    #[arg(long, value_name = "N", requires = "rig")]
+    camera: Option<usize>,
     /// The folder of pictures, or a folder of EuRoC, KITTI or TUM RGB-D.
-    #[arg(long, value_name = "DIR")]
-    frames: PathBuf,
+    #[arg(long, value_name = "DIR", required_unless_present = "bag")]
+    frames: Option<PathBuf>,
+    /// A recording of ROS 2 instead: an MCAP file, a .db3 file, or rosbag2's folder.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["frames", "times"])]
+    bag: Option<PathBuf>,
+    /// The recording's topic of pictures, where there are several.
+    #[arg(long, value_name = "TOPIC", requires = "bag")]
+    image_topic: Option<String>,
+    /// The recording's topic of odometry, where there are several.
+    #[arg(long, value_name = "TOPIC", requires = "bag", conflicts_with = "odometry")]
+    odometry_topic: Option<String>,
+    /// The recording's topic of camera_info, where the pictures' own is not meant.
+    #[arg(long, value_name = "TOPIC", requires = "bag")]
+    camera_info_topic: Option<String>,
     /// Times of the frames, one a line, s.
     #[arg(long, value_name = "FILE")]
     times: Option<PathBuf>,
@@ -78,21 +100,57 @@ pub(super) struct Inputs {
 /// # Errors
 /// When a file is missing, malformed or does not fit the others, or nothing can be written.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let rig = arguments.inputs.rig.read()?;
-    let sequence = Sequence::read(arguments.inputs.files(), &rig)?;
+    let (rig, sequence) = arguments.inputs.read()?;
     let mut outputs = Outputs::of_a_run(&arguments.out, &OUTPUTS, "report.json")?;
     let mut drive = Drive::new(arguments, &rig, &sequence)?;
     drive.all_frames()?;
-    let mut run = drive.finish(&arguments.inputs)?;
+    let (mut run, mcap) = drive.finish(&arguments.inputs)?;
     results::write(&mut outputs, &mut run)?;
     outputs.commit()?;
+    if let Some(mut mcap) = mcap {
+        to_file_or_stdout(arguments.mcap.as_deref(), |out| std::io::copy(&mut mcap, out).map(drop))?;
+    }
     results::print(&run, &arguments.out, arguments.json)
 }
 
 impl Inputs {
-    pub(super) fn files(&self) -> SequenceFiles<'_> {
+    /// The rig and the drive, of files or of a recording.
+    ///
+    /// # Errors
+    /// When a file is missing, malformed or does not fit the others.
+    pub(super) fn read(&self) -> Result<(Rig, Sequence)> {
+        let rig = self.rig.as_deref().map(|rig| Rig::read_of(rig, self.camera)).transpose()?;
+        crate::warnings::say();
+        let Some(bag) = &self.bag else {
+            let rig = rig.ok_or_else(|| Error::new("there is no rig").help("give --rig"))?;
+            let sequence = Sequence::read(self.files(), &rig)?;
+            return Ok((rig, sequence));
+        };
+        let choice = Choice {
+            image: self.image_topic.as_deref(),
+            odometry: self.odometry_topic.as_deref(),
+            camera_info: self.camera_info_topic.as_deref(),
+        };
+        let recording = Recording::read(bag, choice)?;
+        let rig = rig.map_or_else(|| recording.rig(), Ok)?;
+        crate::warnings::say();
+        let sequence = Sequence::of_recording(recording, self.files(), &rig)?;
+        Ok((rig, sequence))
+    }
+
+    /// The file that settings came from, for messages.
+    pub(super) fn rig_place(&self) -> &Path {
+        self.rig.as_deref().unwrap_or_else(|| self.place())
+    }
+
+    /// The folder of pictures, or the recording.
+    fn place(&self) -> &Path {
+        self.frames.as_deref().or(self.bag.as_deref()).unwrap_or(Path::new(""))
+    }
+
+    fn files(&self) -> SequenceFiles<'_> {
         SequenceFiles {
-            frames: &self.frames,
+            frames: self.place(),
             times: self.times.as_deref(),
             odometry: self.odometry.as_deref(),
             truth: self.truth.as_deref(),
@@ -101,7 +159,7 @@ impl Inputs {
 
     /// `corridor/frames`, which says more than `frames`.
     pub(super) fn title(&self) -> String {
-        let folder = std::path::absolute(&self.frames).unwrap_or_else(|_| self.frames.clone());
+        let folder = std::path::absolute(self.place()).unwrap_or_else(|_| self.place().to_owned());
         let names: Vec<_> =
             folder.components().rev().take(2).map(|part| part.as_os_str().to_string_lossy()).collect();
         names.into_iter().rev().collect::<Vec<_>>().join("/")
@@ -121,6 +179,8 @@ struct Drive<'a> {
     run: Run,
     /// The best frame of every part of the drive, with its number of corners.
     shots: Vec<Option<(usize, Shot)>>,
+    /// The run as a recording, where one is wanted.
+    mcap: Option<McapOutput>,
 }
 
 impl<'a> Drive<'a> {
@@ -128,7 +188,7 @@ impl<'a> Drive<'a> {
         let camera = rig.finder.camera();
         let memory = Memory::on_heap(camera.width(), camera.height(), usize::from(arguments.max_landmarks));
         let refused = |error| {
-            Error::new(error).at(&arguments.inputs.rig.rig).help("correct the setting in the rig file")
+            Error::new(error).at(arguments.inputs.rig_place()).help("correct the setting in the rig file")
         };
         let motion_from = match sequence.odometry {
             Some(_) => rig.settings.motion_from,
@@ -141,17 +201,18 @@ impl<'a> Drive<'a> {
         run.unmeasured = sequence.odometry.is_none().then_some(0);
         run.carried = (config.carrier != Carrier::Map).then(Carried::default);
         let (frozen, shots) = (FrozenCamera::default(), vec![None; SHOTS]);
-        Ok(Self { sequence, rig, pipeline, start, reached: start, frozen, run, shots })
+        let mcap = arguments.mcap.as_ref().map(|_| McapOutput::new(rig)).transpose()?;
+        Ok(Self { sequence, rig, pipeline, start, reached: start, frozen, run, shots, mcap })
     }
 
     fn all_frames(&mut self) -> Result<()> {
         let bar = progress::bar(self.sequence.images.len(), "frames");
         for (frame, (image, time)) in self.sequence.images.iter().zip(&self.sequence.times).enumerate() {
             let clock = Instant::now();
-            match Picture::read(image) {
+            match image.read() {
                 Ok(picture) => {
                     let read_ms = milliseconds(clock);
-                    self.frame(frame, *time, &picture, read_ms).map_err(|error| error.at(image))?;
+                    self.frame(frame, *time, &picture, read_ms).map_err(|error| error.at(image.name()))?;
                 }
                 Err(error) => {
                     bar.suspend(|| eprintln!("warning: left out: {}", error.in_one_line()));
@@ -220,7 +281,8 @@ impl<'a> Drive<'a> {
     fn shoot(&mut self, frame: usize, time: f64, report: &Report, picture: &Picture) -> Result<()> {
         let part = frame * SHOTS / self.sequence.images.len();
         let Some(best) = self.shots.get_mut(part) else { return Ok(()) };
-        if best.as_ref().is_some_and(|(corners, _)| *corners >= report.corners.len()) {
+        let is_best = best.as_ref().is_none_or(|(corners, _)| *corners < report.corners.len());
+        if !is_best && self.mcap.is_none() {
             return Ok(());
         }
         let extraction = self.pipeline.extraction().map_err(Error::new)?.clone();
@@ -228,18 +290,26 @@ impl<'a> Drive<'a> {
         let seen = self.run.observations.len() - corners;
         let seen = self.run.observations.get(seen..).unwrap_or_default();
         let shot = report::shot(self.rig, &picture.pixels, &extraction, seen, frame, time - self.start)?;
-        *best = Some((corners, shot));
+        if let (Some(mcap), Some(pose)) = (&mut self.mcap, self.run.trajectory.last()) {
+            mcap.frame(pose, &shot.jpeg, || confirmed_map(self.pipeline.filter(), self.start))?;
+        }
+        if is_best {
+            *best = Some((corners, shot));
+        }
         Ok(())
     }
 
-    fn finish(mut self, arguments: &Inputs) -> Result<Run> {
+    /// What the run found, and its recording where one is wanted.
+    fn finish(mut self, arguments: &Inputs) -> Result<(Run, Option<std::fs::File>)> {
         self.run.map = confirmed_map(self.pipeline.filter(), self.start);
         self.run.verdict =
             if self.frozen.judge() { Verdict::Unchecked } else { self.pipeline.health().verdict() };
         self.run.mean_nis = self.pipeline.health().mean_nis();
         self.run.shots = self.shots.into_iter().flatten().map(|(_, shot)| shot).collect();
         add_truth(&mut self.run, arguments, self.sequence, self.start)?;
-        Ok(self.run)
+        let end = self.run.trajectory.last().map_or(self.start, |pose| pose.time);
+        let mcap = self.mcap.map(|mcap| mcap.finish(end, &self.run.map)).transpose()?;
+        Ok((self.run, mcap))
     }
 }
 

@@ -73,6 +73,12 @@ impl Picture {
         Ok(Self { pixels, width, height })
     }
 
+    /// (width, height) as the head of a PNG, JPEG or PNM file says, if it can be read.
+    pub fn size_of(bytes: &[u8]) -> Option<[usize; 2]> {
+        let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().ok()?;
+        reader.into_dimensions().ok().map(|(width, height)| [width as usize, height as usize])
+    }
+
     /// The grey pixels as the core reads them.
     ///
     /// # Errors

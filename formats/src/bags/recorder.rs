@@ -1,0 +1,285 @@
+use super::schemas::{full_name, layout};
+use crate::{
+    Error, Result,
+    files::{MapPoint, Rig, Stamped},
+};
+use mcap::{WriteOptions, records::MessageHeader};
+use monorange_core::geometry::Lens;
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
+use re_cdr::{CdrWriter, LittleEndian};
+use std::{
+    collections::BTreeMap,
+    io::{Seek, Write},
+};
+
+type Body<'a> = CdrWriter<'a, LittleEndian>;
+
+/// Topic and type of everything that is written, in the order of [`Topic`].
+const TOPICS: [(&str, &str); 7] = [
+    ("/monorange/odometry", "nav_msgs/Odometry"),
+    ("/monorange/pose", "geometry_msgs/PoseWithCovarianceStamped"),
+    ("/monorange/map", "sensor_msgs/PointCloud2"),
+    ("/monorange/overlay/compressed", "sensor_msgs/CompressedImage"),
+    ("/monorange/camera_info", "sensor_msgs/CameraInfo"),
+    ("/tf", "tf2_msgs/TFMessage"),
+    ("/tf_static", "tf2_msgs/TFMessage"),
+];
+#[derive(Clone, Copy)]
+enum Topic {
+    Odometry,
+    Pose,
+    Map,
+    Overlay,
+    CameraInfo,
+    Moving,
+    Fixed,
+}
+
+const WORLD: &str = "map";
+const ROBOT: &str = "base_link";
+const CAMERA: &str = "camera_optical_frame";
+
+/// Writes a run as an MCAP file of ROS 2's messages.
+///
+/// | topic | what |
+/// |---|---|
+/// | `/monorange/odometry` | `nav_msgs/Odometry`: pose of `base_link` in `map`, speeds since the frame before |
+/// | `/monorange/pose` | `geometry_msgs/PoseWithCovarianceStamped` |
+/// | `/monorange/map` | `sensor_msgs/PointCloud2`: `x`, `y`, `z`, `id`, `sigma` (the larger standard deviation, m) |
+/// | `/monorange/overlay/compressed` | `sensor_msgs/CompressedImage`: JPEG with lines, corners, grid and horizon |
+/// | `/monorange/camera_info`, `/tf`, `/tf_static` | the camera, the robot's pose and the mount |
+pub struct Recorder<W: Write + Seek> {
+    writer: mcap::Writer<W>,
+    channels: Vec<u16>,
+    camera: Vec<u8>,
+    fixed: Vec<u8>,
+    last: Option<Stamped>,
+    sequence: u32,
+}
+
+impl<W: Write + Seek> Recorder<W> {
+    /// A recording of what a rig's camera sees.
+    ///
+    /// # Errors
+    /// When nothing can be written.
+    pub fn new(out: W, rig: &Rig) -> Result<Self> {
+        let options = WriteOptions::new()
+            .compression(None)
+            .profile("ros2")
+            .library(concat!("monorange ", env!("CARGO_PKG_VERSION")));
+        let mut writer = options.create(out).map_err(unwritten)?;
+        let mut channels = Vec::new();
+        for (topic, kind) in TOPICS {
+            let schema = writer.add_schema(&full_name(kind), "ros2msg", layout(kind).as_bytes());
+            let channel = writer.add_channel(schema.map_err(unwritten)?, topic, "cdr", &BTreeMap::new());
+            channels.push(channel.map_err(unwritten)?);
+        }
+        let turn = rig.finder.mount().robot_from_cam();
+        let turn = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(turn));
+        let [height, _, _, _, forward, left] = rig.finder.mount().parameters();
+        let mut fixed = Vec::new();
+        let mut body = Body::new(&mut fixed);
+        body.write_sequence_length(1);
+        transform(&mut body, 0.0, ROBOT, CAMERA, [forward, left, height], turn.coords.into());
+        let camera = camera_info(rig);
+        Ok(Self { writer, channels, camera, fixed, last: None, sequence: 0 })
+    }
+
+    /// Adds the landmarks as they are at a time (s).
+    ///
+    /// # Errors
+    /// When nothing can be written.
+    pub fn map(&mut self, time: f64, points: &[MapPoint]) -> Result<()> {
+        self.write(Topic::Map, time, |body| cloud(body, time, points))
+    }
+
+    /// Adds a pose, and the picture with what was seen in it (JPEG).
+    ///
+    /// # Errors
+    /// When nothing can be written.
+    pub fn frame(&mut self, pose: &Stamped, overlay: &[u8]) -> Result<()> {
+        let (time, half) = (pose.time, 0.5 * pose.pose.heading);
+        let turn = [0.0, 0.0, libm::sin(half), libm::cos(half)];
+        let place = [pose.pose.x, pose.pose.y, 0.0];
+        if self.last.is_none() {
+            let fixed = std::mem::take(&mut self.fixed);
+            self.put(Topic::Fixed, time, &fixed)?;
+        }
+        let covariance = six_by_six(&pose.covariance.unwrap_or_default());
+        self.write(Topic::Moving, time, |body| {
+            body.write_sequence_length(1);
+            transform(body, time, WORLD, ROBOT, place, turn);
+        })?;
+        let speeds = self.last.as_ref().map_or([0.0; 6], |last| speeds(last, pose));
+        self.write(Topic::Odometry, time, |body| {
+            header(body, time, WORLD);
+            body.write_string(ROBOT);
+            numbers(body, &place);
+            numbers(body, &turn);
+            numbers(body, &covariance);
+            numbers(body, &speeds);
+            numbers(body, &[0.0; 36]);
+        })?;
+        self.write(Topic::Pose, time, |body| {
+            header(body, time, WORLD);
+            numbers(body, &place);
+            numbers(body, &turn);
+            numbers(body, &covariance);
+        })?;
+        self.write(Topic::Overlay, time, |body| {
+            header(body, time, CAMERA);
+            body.write_string("jpeg");
+            body.write_bytes(overlay);
+        })?;
+        let camera = std::mem::take(&mut self.camera);
+        self.write(Topic::CameraInfo, time, |body| {
+            header(body, time, CAMERA);
+            body.align(4);
+            body.buffer_mut().extend_from_slice(&camera);
+        })?;
+        self.camera = camera;
+        self.last = Some(*pose);
+        Ok(())
+    }
+
+    /// Writes the file's end, and gives back what was written to.
+    ///
+    /// # Errors
+    /// When nothing can be written.
+    pub fn finish(mut self) -> Result<W> {
+        self.writer.finish().map_err(unwritten)?;
+        Ok(self.writer.into_inner())
+    }
+
+    fn write(&mut self, topic: Topic, time: f64, content: impl FnOnce(&mut Body<'_>)) -> Result<()> {
+        let mut data = Vec::new();
+        content(&mut Body::new(&mut data));
+        self.put(topic, time, &data)
+    }
+
+    /// `body` is a message without what says that it is little-endian CDR.
+    fn put(&mut self, topic: Topic, time: f64, body: &[u8]) -> Result<()> {
+        let channel_id = self.channels.get(topic as usize).copied().unwrap_or_default();
+        let (seconds, nanoseconds) = stamp(time);
+        let at = (i64::from(seconds) * 1_000_000_000 + i64::from(nanoseconds)).max(0) as u64;
+        self.sequence += 1;
+        let header = MessageHeader { channel_id, sequence: self.sequence, log_time: at, publish_time: at };
+        let data = [&[0, 1, 0, 0], body].concat();
+        self.writer.write_to_known_channel(&header, &data).map_err(unwritten)
+    }
+}
+
+fn unwritten(error: mcap::McapError) -> Error {
+    Error::new(format!("the recording cannot be written: {error}"))
+}
+
+/// Seconds as ROS 2 stamps them.
+fn stamp(time: f64) -> (i32, u32) {
+    let whole = time.floor();
+    let nanoseconds = ((time - whole) * 1e9).round() as u32;
+    match nanoseconds {
+        1_000_000_000.. => (whole as i32 + 1, 0),
+        nanoseconds => (whole as i32, nanoseconds),
+    }
+}
+
+fn header(body: &mut Body<'_>, time: f64, frame: &str) {
+    let (seconds, nanoseconds) = stamp(time);
+    body.write_i32(seconds);
+    body.write_u32(nanoseconds);
+    body.write_string(frame);
+}
+
+fn numbers(body: &mut Body<'_>, numbers: &[f64]) {
+    numbers.iter().for_each(|number| body.write_f64(*number));
+}
+
+fn transform(body: &mut Body<'_>, time: f64, parent: &str, child: &str, place: [f64; 3], turn: [f64; 4]) {
+    header(body, time, parent);
+    body.write_string(child);
+    numbers(body, &place);
+    numbers(body, &turn);
+}
+
+/// The covariance of (x, y, heading) among those of (x, y, z, about x, about y, about z).
+fn six_by_six(plane: &Matrix3<f64>) -> [f64; 36] {
+    let mut all = [0.0; 36];
+    for (row, into_row) in [0, 1, 5].into_iter().enumerate() {
+        for (column, into_column) in [0, 1, 5].into_iter().enumerate() {
+            if let (Some(slot), Some(value)) =
+                (all.get_mut(6 * into_row + into_column), plane.get((row, column)))
+            {
+                *slot = *value;
+            }
+        }
+    }
+    all
+}
+
+/// Forward, left and turning speed since the pose before, among those of three axes.
+fn speeds(before: &Stamped, now: &Stamped) -> [f64; 6] {
+    let seconds = now.time - before.time;
+    if seconds <= 0.0 {
+        return [0.0; 6];
+    }
+    let step = before.pose.inverse().compose(&now.pose);
+    [step.x / seconds, step.y / seconds, 0.0, 0.0, 0.0, step.heading / seconds]
+}
+
+/// Landmarks as points: x, y, z, id and the larger standard deviation.
+fn cloud(body: &mut Body<'_>, time: f64, points: &[MapPoint]) {
+    const FIELDS: [(&str, u8); 5] = [("x", 7), ("y", 7), ("z", 7), ("id", 6), ("sigma", 7)];
+    let step = 4 * FIELDS.len();
+    header(body, time, WORLD);
+    body.write_u32(1);
+    body.write_u32(points.len() as u32);
+    body.write_sequence_length(FIELDS.len());
+    for (offset, (name, kind)) in (0..).step_by(4).zip(FIELDS) {
+        body.write_string(name);
+        body.write_u32(offset);
+        body.write_u8(kind);
+        body.write_u32(1);
+    }
+    body.write_bool(false);
+    body.write_u32(step as u32);
+    body.write_u32((step * points.len()) as u32);
+    let mut data = Vec::new();
+    for point in points {
+        let sigma = point.covariance.map_or(0.0, |c| c.symmetric_eigenvalues().max().max(0.0).sqrt());
+        let [x, y, sigma] =
+            [point.position.x, point.position.y, sigma].map(|number| (number as f32).to_le_bytes());
+        data.extend([x, y, [0; 4], (point.id as u32).to_le_bytes(), sigma].concat());
+    }
+    body.write_bytes(&data);
+    body.write_bool(true);
+}
+
+/// A camera_info after its header, which ends at a multiple of four bytes here.
+fn camera_info(rig: &Rig) -> Vec<u8> {
+    let camera = rig.finder.camera();
+    let model = match camera.lens() {
+        Lens::BrownConrady(_) => "plumb_bob",
+        Lens::Rational { .. } => "rational_polynomial",
+        Lens::Equidistant(_) => "equidistant",
+    };
+    let coefficients = camera.lens().coefficients();
+    let ([fu, fv], [u0, v0]) = (camera.focal().into(), camera.principal().into());
+    let shear = camera.skew() * fu;
+    let mut data = Vec::new();
+    // Where the header ends decides what is filled up: it is put in front, and taken off again.
+    let mut body = Body::new(&mut data);
+    header(&mut body, 0.0, CAMERA);
+    body.align(4);
+    let head = body.position();
+    body.write_u32(camera.height() as u32);
+    body.write_u32(camera.width() as u32);
+    body.write_string(model);
+    body.write_sequence_length(coefficients.len());
+    numbers(&mut body, &coefficients);
+    numbers(&mut body, &[fu, shear, u0, 0.0, fv, v0, 0.0, 0.0, 1.0]);
+    numbers(&mut body, &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
+    numbers(&mut body, &[fu, shear, u0, 0.0, 0.0, fv, v0, 0.0, 0.0, 0.0, 1.0, 0.0]);
+    (0..6).for_each(|_| body.write_u32(0)); // no binning, no window
+    body.write_bool(false);
+    data.split_off(head)
+}
