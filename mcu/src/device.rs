@@ -8,7 +8,9 @@
 //! | rows after a gap, or too many | the picture is given up | fault, and a predicted pose at its end |
 //! | the end of a whole picture | corners, filter, map | observations, pose; map and statistics when due |
 //! | the end of another one | motion only | fault, predicted pose |
-//! | odometry after a gap in time | the last motion holds through the gap, then this one | – |
+//! | odometry after a gap in time | the last motion holds through the gap, for a second at most, then this one | – |
+//! | a configuration or a reset within a picture | the picture is given up | fault |
+//! | a whole frame that is no message | counted | fault |
 mod state;
 
 use crate::{
@@ -18,7 +20,7 @@ use crate::{
 };
 use embedded_io::Write;
 use monorange_protocol::{
-    VERSION, conversion,
+    Error, VERSION, conversion,
     frame::{Damage, Deframer, Frame},
     message::*,
 };
@@ -26,7 +28,7 @@ use state::Restored;
 
 /// Gaps in odometry up to this are rounding, not a lost message.
 const ODOMETRY_SLACK_US: u64 = 1_000;
-/// Gaps longer than this are a pause: the robot is not taken to have moved on.
+/// The last velocity is taken to hold for so long: after that the robot is not taken to have moved on.
 const ODOMETRY_HOLD_US: u64 = 1_000_000;
 
 /// What the device wants of its board after a call.
@@ -71,7 +73,7 @@ struct Dispatch<E> {
     last_time_us: u64,
     restored: Restored,
     nonce: u32,
-    reset_count: u8,
+    restarts: Restarts,
 }
 
 impl<E: Engine> Device<E> {
@@ -92,7 +94,7 @@ impl<E: Engine> Device<E> {
                 last_time_us: 0,
                 restored: Restored { next: 0, total: 0, checksum: 0 },
                 nonce: 0,
-                reset_count: 0,
+                restarts: Restarts { runs: 0, configurations: 0, resets: 0 },
             },
         }
     }
@@ -105,7 +107,7 @@ impl<E: Engine> Device<E> {
         board: &B,
         port: &mut impl Write,
     ) {
-        self.dispatch.reset_count = runs;
+        self.dispatch.restarts.runs = runs;
         if let Some(panic) = last_run {
             self.dispatch.link.send(&DeviceMessage::LastPanic(panic), port);
         }
@@ -146,6 +148,7 @@ impl<E: Engine> Dispatch<E> {
     }
 
     fn frame<B: Board>(&mut self, frame: &Frame<'_>, board: &B, port: &mut impl Write) -> Wish {
+        board.alive();
         #[cfg(feature = "crash")]
         crate::crash::on_demand(frame);
         let message = HostMessage::decode(frame);
@@ -160,6 +163,10 @@ impl<E: Engine> Dispatch<E> {
             }
             Err(error) => {
                 self.link.counts.misunderstood(error);
+                if let Error::Payload { kind } = error {
+                    self.fault(Cause::NotUnderstood, kind.into(), port);
+                    self.link.grant(port);
+                }
                 Wish::GoOn
             }
         }
@@ -185,8 +192,9 @@ impl<E: Engine> Dispatch<E> {
             HostMessage::Corners(corners) => self.corners(corners, board, port),
             HostMessage::Reset(Reset::Device) => return Wish::Restart,
             HostMessage::Reset(Reset::State) => {
+                self.forget(port);
                 self.engine.reset();
-                self.forget();
+                self.restarts.resets = self.restarts.resets.wrapping_add(1);
                 self.introduce::<B>(port);
             }
             HostMessage::SaveState(_) => self.save(port),
@@ -197,8 +205,15 @@ impl<E: Engine> Dispatch<E> {
             }
             HostMessage::Ask(Ask::Map) => self.map(port),
             HostMessage::Ask(Ask::Statistics) => self.statistics(board, port),
+            HostMessage::Range(range) => self.ranges(range, port),
         }
-        self.meter.lap(stage, board);
+        match message {
+            // What is asked for now and then is no part of what a frame costs.
+            HostMessage::Configure(_) | HostMessage::SaveState(_) | HostMessage::RestoreState(_) => {
+                self.meter.start(board);
+            }
+            _ => self.meter.lap(stage, board),
+        }
         if !matches!(message, HostMessage::Rows(_) | HostMessage::Hello(_)) {
             self.link.grant(port);
         }
@@ -209,21 +224,27 @@ impl<E: Engine> Dispatch<E> {
         match self.engine.configure(configure) {
             Ok(()) => {
                 self.answers = configure.answers;
-                self.forget();
+                self.forget(port);
+                self.restarts.configurations = self.restarts.configurations.wrapping_add(1);
             }
-            Err(error) => {
-                self.fault(Cause::Configuration, conversion::number_of_refused(&error).into(), port)
-            }
+            Err(error) => self.fault(Cause::Configuration, conversion::number_of_refused(&error), port),
         }
         self.introduce::<B>(port);
     }
 
     /// Pose and map are new: whatever was under way belongs to the old ones.
-    fn forget(&mut self) {
-        self.picture = None;
+    fn forget(&mut self, port: &mut impl Write) {
+        if let Some(unfinished) = self.picture.take() {
+            self.drop_picture(unfinished.begin.frame, port);
+        }
         self.last_motion = None;
+        self.last_time_us = 0;
         self.restored = Restored::default();
-        self.reset_count = self.reset_count.wrapping_add(1);
+    }
+
+    /// Another number after every restart and every reset; the two cannot make up for each other.
+    fn reset_count(&self) -> u8 {
+        self.restarts.runs << 4 | self.restarts.resets & 0xf
     }
 
     fn odometry(&mut self, odometry: &Odometry, port: &mut impl Write) {
@@ -233,8 +254,12 @@ impl<E: Engine> Dispatch<E> {
         let sound = odometry.duration.is_finite() && odometry.duration >= 0.0;
         let lost = self.last_motion.filter(|_| sound).and_then(|last| held(&last, odometry));
         let moved = lost.map_or(Ok(()), |lost| self.engine.odometry(&lost));
-        if !sound || moved.is_err() || self.engine.odometry(odometry).is_err() {
+        if !sound {
             return self.fault(Cause::Odometry, 0, port);
+        }
+        if let Err(error) = moved.and_then(|()| self.engine.odometry(odometry)) {
+            let backwards = matches!(error, monorange_core::Error::TimeBackwards { .. });
+            return self.fault(Cause::Odometry, backwards.into(), port);
         }
         self.last_motion = Some(*odometry);
         self.last_time_us = odometry.until_us;
@@ -335,7 +360,7 @@ impl<E: Engine> Dispatch<E> {
             nonce: self.nonce,
             firmware: FIRMWARE,
             board: B::NAME,
-            reset_count: self.reset_count,
+            reset_count: self.reset_count(),
             configured: self.engine.is_configured(),
             max_width: limits.width,
             max_height: limits.height,
@@ -343,6 +368,7 @@ impl<E: Engine> Dispatch<E> {
             max_corners: limits.corners,
             window: u16::try_from(WINDOW).unwrap_or(u16::MAX),
             state_bytes: limits.state_bytes,
+            restarts: Later(self.restarts),
         };
         self.link.send(&DeviceMessage::Info(info), port);
     }
@@ -359,8 +385,10 @@ impl<E: Engine> Dispatch<E> {
         self.last_frame = frame;
         let observations = if predicted_only { 0 } else { self.engine.observations().len() };
         let mut first = 0;
-        while self.answers.observations && first < observations {
-            let some = self.engine.observations().skip(first).take(MAX_OBSERVATIONS).collect();
+        // Always at least one message, so that a host knows what to wait for.
+        while self.answers.observations && (first == 0 || first < observations) {
+            let some =
+                self.engine.observations().take(observations).skip(first).take(MAX_OBSERVATIONS).collect();
             let [start, total] = [first, observations].map(|number| number as u16); // at most the limits'
             first += MAX_OBSERVATIONS;
             let message = Observations { frame, first: start, total, observations: some };
@@ -373,7 +401,7 @@ impl<E: Engine> Dispatch<E> {
             position: estimate.position,
             heading: estimate.heading,
             covariance: estimate.covariance,
-            reset_count: self.reset_count,
+            reset_count: self.reset_count(),
             predicted_only,
             landmarks: self.engine.landmarks().len() as u16, // at most the limits'
         };
@@ -403,6 +431,15 @@ impl<E: Engine> Dispatch<E> {
                 break;
             }
         }
+    }
+
+    fn ranges(&mut self, range: &Range, port: &mut impl Write) {
+        let Range { request, std_px, spots } = range;
+        let ranges = spots.iter().map_while(|spot| self.engine.range(spot, *std_px)).collect();
+        if !self.engine.is_configured() {
+            return self.fault(Cause::NotConfigured, *request, port);
+        }
+        self.link.send(&DeviceMessage::Ranges(Ranges { request: *request, ranges }), port);
     }
 
     fn statistics(&mut self, board: &impl Board, port: &mut impl Write) {
@@ -444,14 +481,15 @@ fn board_unit<B: Board>(_board: &B) -> CostUnit {
     B::COST_UNIT
 }
 
-/// The motion between the last reading and this one, if some were lost: the last velocity holds.
+/// The motion between the last reading and this one, if some were lost: the last velocity holds, for a second at most.
 fn held(last: &Odometry, next: &Odometry) -> Option<Odometry> {
     let began_us = next.until_us.saturating_sub((next.duration * 1e6 + 0.5) as u64);
     let gap_us = began_us.checked_sub(last.until_us)?;
-    if !(ODOMETRY_SLACK_US..=ODOMETRY_HOLD_US).contains(&gap_us) {
+    if gap_us < ODOMETRY_SLACK_US {
         return None;
     }
-    let duration = gap_us as f32 * 1e-6;
+    let held_us = gap_us.min(ODOMETRY_HOLD_US);
+    let duration = held_us as f32 * 1e-6;
     let share = duration / last.duration;
     let motion = match last.motion {
         Motion::Increment { forward, left, turn } if share.is_finite() => {
@@ -459,5 +497,5 @@ fn held(last: &Odometry, next: &Odometry) -> Option<Odometry> {
         }
         velocity => velocity,
     };
-    Some(Odometry { until_us: began_us, duration, motion })
+    Some(Odometry { until_us: last.until_us.saturating_add(held_us), duration, motion })
 }

@@ -1,6 +1,8 @@
 //! What the device runs, as the device sees it.
 use crate::meter::Stage;
-use monorange_protocol::message::{Configure, Corners, FrameBegin, Landmark, Observation, Odometry};
+use monorange_protocol::message::{
+    Configure, Corners, FrameBegin, Landmark, Observation, Odometry, Ranged, Spot,
+};
 
 /// What fits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,6 +90,22 @@ pub trait Engine {
     /// Memory in which a state to be restored is put together, before the next picture. Never called within one.
     fn staging(&mut self) -> &mut [u8];
 
-    /// Takes the first `length` bytes of [`staging`](Self::staging) as the state; returns whether it was one.
-    fn restore(&mut self, length: usize) -> bool;
+    /// Takes the first `length` bytes of [`staging`](Self::staging) as the state.
+    ///
+    /// # Errors
+    /// Why it is not taken; the state before stays.
+    fn restore(&mut self, length: usize) -> Result<(), NotTaken>;
+
+    /// How far what meets the floor there is; `std_px` as in [`Range`](monorange_protocol::message::Range). `None` before
+    /// the configuration.
+    fn range(&self, spot: &Spot, std_px: f32) -> Option<Ranged>;
+}
+
+/// Why a state was not taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NotTaken {
+    /// It is no state of this engine.
+    NoState,
+    /// It was saved under another configuration.
+    OtherConfiguration,
 }

@@ -13,6 +13,7 @@
 //! | [`device`] | the state machine: what each message does, when a picture is given up, what is answered |
 //! | [`mapper`] | the pipeline as engine, in static memory |
 //! | [`meter`] | the cost of a frame by stages |
+//! | [`patience`] | how long the line is waited for |
 //! | [`restart`] | what a run leaves behind for the one after it |
 //!
 //! Nothing here allocates, blocks or knows a register. A board, in `boards/`, gives a line ([`embedded_io::Write`]), a [`Board`]
@@ -29,6 +30,7 @@ pub mod engine;
 pub mod link;
 pub mod mapper;
 pub mod meter;
+pub mod patience;
 pub mod restart;
 pub mod ring;
 
@@ -65,4 +67,6 @@ pub trait Board {
     fn stack_size(&self) -> u32;
     /// Bytes of the line that were lost because the ring was full.
     fn overrun(&self) -> u32;
+    /// Starts the watchdog's time anew: called for every whole frame, since the answers to some may each wait for the line.
+    fn alive(&self);
 }

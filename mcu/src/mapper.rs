@@ -11,7 +11,7 @@
 //! then, so that the extractor sees the camera that it was configured for.
 use crate::{
     Device, Engine,
-    engine::{Estimate, Limits},
+    engine::{Estimate, Limits, NotTaken},
     meter::Stage,
 };
 use core::mem::MaybeUninit;
@@ -19,7 +19,7 @@ use monorange_core::{
     Error,
     lines::{self, EdgePoint, mask_words, point_count, row_words},
     pipeline::{self, Config, Memory, Pipeline, Report, Storage, state_len},
-    slam::{self, states_for, storage_len},
+    slam::{self, packed_len, states_for, storage_len},
 };
 use monorange_protocol::{conversion, message::*};
 use nalgebra::{Matrix2, Vector2};
@@ -28,7 +28,9 @@ const WIDTH: usize = 320;
 const HEIGHT: usize = 240;
 const LANDMARKS: usize = 32;
 const STATES: usize = states_for(LANDMARKS, true);
-const STATE_BYTES: usize = state_len(STATES, LANDMARKS);
+/// A configuration's fingerprint, before the state that was saved under it.
+const FINGERPRINT: usize = 4;
+const STATE_BYTES: usize = FINGERPRINT + state_len(STATES, LANDMARKS);
 const _: () = assert!(STATE_BYTES <= 2 * row_words(WIDTH, HEIGHT));
 
 /// Memory lent for good.
@@ -79,6 +81,7 @@ pub struct Mapper {
     memory: Option<Memory<Lent>>,
     report: Option<Report>,
     binning: u8,
+    fingerprint: u32,
     picture: Option<FrameBegin>,
     rows: usize,
     /// A row of a region of interest, made as wide as the picture.
@@ -114,6 +117,7 @@ impl Mapper {
             memory: Some(memory),
             report: None,
             binning: 1,
+            fingerprint: 0,
             picture: None,
             rows: 0,
             line: [0; WIDTH],
@@ -171,6 +175,12 @@ impl Mapper {
     }
 }
 
+/// Not inlined: the work is on the stack while nothing else is.
+#[inline(never)]
+fn restore(pipeline: &mut Pipeline<Lent>, length: usize) -> Result<(), Error> {
+    pipeline.restore_from_scratch(length, &mut [0.0; packed_len(STATES)])
+}
+
 fn at_most(name: &'static str, got: usize, expected: usize) -> Result<(), Error> {
     if got <= expected { Ok(()) } else { Err(Error::Size { name, got, expected }) }
 }
@@ -198,6 +208,7 @@ impl Engine for Mapper {
         at_most("camera.height", camera.height(), HEIGHT)?;
         self.build(&config)?;
         self.binning = binning;
+        self.fingerprint = conversion::fingerprint(&config);
         Ok(())
     }
 
@@ -310,15 +321,36 @@ impl Engine for Mapper {
     }
 
     fn save(&mut self) -> &[u8] {
-        let state = self.pipeline.as_mut().map(Pipeline::save_to_scratch);
-        state.and_then(Result::ok).unwrap_or_default()
+        let Some(pipeline) = &mut self.pipeline else { return &[] };
+        let length = pipeline.save_to_scratch().map_or(0, <[u8]>::len);
+        let Some(whole) = pipeline.scratch().get_mut(..length + FINGERPRINT).filter(|_| length > 0) else {
+            return &[];
+        };
+        whole.copy_within(..length, FINGERPRINT);
+        if let Some(place) = whole.first_chunk_mut() {
+            *place = self.fingerprint.to_le_bytes();
+        }
+        whole
     }
 
     fn staging(&mut self) -> &mut [u8] {
         self.pipeline.as_mut().map(Pipeline::scratch).unwrap_or_default()
     }
 
-    fn restore(&mut self, length: usize) -> bool {
-        self.pipeline.as_mut().is_some_and(|pipeline| pipeline.restore_from_scratch(length).is_ok())
+    fn restore(&mut self, length: usize) -> Result<(), NotTaken> {
+        let pipeline = self.pipeline.as_mut().ok_or(NotTaken::NoState)?;
+        let whole = pipeline.scratch().get_mut(..length).ok_or(NotTaken::NoState)?;
+        let fingerprint = *whole.first_chunk().ok_or(NotTaken::NoState)?;
+        if u32::from_le_bytes(fingerprint) != self.fingerprint {
+            return Err(NotTaken::OtherConfiguration);
+        }
+        whole.copy_within(FINGERPRINT.., 0);
+        self.report = None;
+        restore(pipeline, length - FINGERPRINT).map_err(|_| NotTaken::NoState)
+    }
+
+    fn range(&self, spot: &Spot, std_px: f32) -> Option<Ranged> {
+        let pipeline = self.pipeline.as_ref()?;
+        Some(conversion::range_of_spot(pipeline, spot, std_px, self.binning))
     }
 }

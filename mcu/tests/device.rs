@@ -12,7 +12,8 @@ fn a_hello_is_answered_with_who_and_how_much() {
     let mut talk = Talk::new();
     let said = talk.say(&HostMessage::Hello(Hello { nonce: 5 }));
     let credit = Credit { sequence: 0, granted: WINDOW as u16 };
-    assert_eq!(said, [Said::Info(1, false), Said::Credit(credit)]);
+    let restarts = Restarts { runs: 1, ..Restarts::default() };
+    assert_eq!(said, [Said::Restarts(restarts), Said::Info(0x10, false), Said::Credit(credit)]);
 }
 
 #[test]
@@ -73,7 +74,7 @@ fn motion_holds_through_a_lost_odometry_message() {
     }
     assert!((talk.device.engine().moved - 0.6).abs() < 1e-6, "4 and 5 were lost");
     talk.say(&HostMessage::Odometry(motion(50_000_000, 0.1, 1.0)));
-    assert!((talk.device.engine().moved - 0.7).abs() < 1e-6, "49 s are a pause");
+    assert!((talk.device.engine().moved - 1.7).abs() < 1e-6, "of 49 s the first holds");
 }
 
 #[test]
@@ -101,8 +102,8 @@ fn a_refused_configuration_leaves_the_one_before() {
     let mut wrong = configuration();
     wrong.camera.width = 640;
     let said = talk.say(&HostMessage::Configure(wrong));
-    assert_eq!(faults(&said), [(Cause::Configuration, 0)]);
-    assert!(talk.device.engine().moved > 0.0 && said.contains(&Said::Info(2, true)));
+    assert_eq!(faults(&said), [(Cause::Configuration, FIELD + 1)]);
+    assert!(talk.device.engine().moved > 0.0 && said.contains(&Said::Info(0x10, true)));
 }
 
 #[test]
@@ -121,14 +122,15 @@ fn a_state_comes_back_after_a_reset() {
     let said = talk.say(&HostMessage::SaveState(SaveState {}));
     let Some(Said::State(bytes)) = said.first() else { panic!("{said:?}") };
     let said = talk.say(&HostMessage::Reset(Reset::State));
-    assert!(said.contains(&Said::Info(3, true)), "another reset count: {said:?}");
+    assert!(said.contains(&Said::Info(0x11, true)), "another reset count: {said:?}");
     assert_eq!(talk.device.engine().moved, 0.0);
     let checksum = monorange_protocol::frame::checksum(bytes);
     let whole = State { frame: 1, offset: 0, total: 4, checksum, bytes };
     for (chunk, cause) in [
         (State { checksum: 1, ..whole }, Some(Cause::State)),
         (State { offset: 4, ..whole }, Some(Cause::State)),
-        (State { total: u32::MAX, ..whole }, None), // the rest never comes
+        (State { total: u32::MAX, ..whole }, Some(Cause::State)),
+        (State { total: 16, ..whole }, None), // the rest never comes
         (State { offset: u32::MAX, ..whole }, Some(Cause::State)),
         (whole, None),
     ] {

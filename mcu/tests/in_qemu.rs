@@ -106,12 +106,13 @@ fn a_device_that_takes_over_goes_on_with_the_same_bytes_and_within_its_budget() 
     }
     let mut state = vec![0; 64 * 1024];
     let length = before.save(&mut state).unwrap();
-    let state = &state[..length];
+    let state =
+        [&monorange_protocol::conversion::fingerprint(&config).to_le_bytes(), &state[..length]].concat();
     on_every_board(|board| {
         let emulator = board.start("corridor");
         let mut client = Client::new(emulator.connect(), 1, PATIENCE).unwrap();
         let reset_count = configure(&mut client, &config);
-        give_state(&mut client, state);
+        give_state(&mut client, &state);
         let mut pipeline = before.clone();
         let mut costs = Costs::default();
         for frame in ahead..simulation.len() {

@@ -157,6 +157,27 @@ impl<S: Read + Write> Client<S> {
         Ok(answer)
     }
 
+    /// Asks how far things are, and returns that in their order; pose and map stay as they are.
+    ///
+    /// # Errors
+    /// As [`send`](Self::send), and [`io::ErrorKind::TimedOut`] when no answer comes; [`io::ErrorKind::NotConnected`] when the
+    /// device has no configuration.
+    pub fn ranges(&mut self, range: &Range) -> io::Result<Vec<Ranged>> {
+        let (mut ranges, mut refused) = (None, false);
+        self.send(&HostMessage::Range(range.clone()), &mut |_| ())?;
+        self.wait_for(&mut |message| {
+            match message {
+                DeviceMessage::Ranges(some) if some.request == range.request => {
+                    ranges = Some(some.ranges.to_vec());
+                }
+                DeviceMessage::Fault(fault) => refused |= fault.cause == Cause::NotConfigured,
+                _ => {}
+            }
+            refused || ranges.is_some()
+        })?;
+        ranges.ok_or_else(|| io::Error::new(io::ErrorKind::NotConnected, "the device is not configured"))
+    }
+
     /// Ends a picture until the device has answered it: an end that was lost on the way is said again.
     fn finish(&mut self, frame: u32, mut answer: Answer) -> io::Result<Answer> {
         let start = Instant::now();

@@ -1,7 +1,9 @@
 //! Messages ↔ the core's own types (feature `core`): the one place where they meet, used at both ends of the line.
+mod ranges;
 mod settings;
 
-pub use settings::{number_of_refused, settings_from_config, take_settings};
+pub use ranges::range_of_spot;
+pub use settings::{fingerprint, number_of_refused, settings_from_config, take_settings};
 
 use crate::message::{self, Camera, Configure, Mount};
 use monorange_core::{

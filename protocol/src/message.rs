@@ -10,10 +10,12 @@
 //! started. Covariances are the distinct elements of the symmetric matrix, row by row.
 mod device;
 mod host;
+mod later;
 mod settings;
 
 pub use device::*;
 pub use host::*;
+pub use later::Later;
 pub use settings::*;
 
 use crate::{
@@ -95,6 +97,8 @@ messages! {
         TimeSync(TimeSync) = 0x0b,
         /// Send this now. Answered by [`Map`] or [`Statistics`].
         Ask(Ask) = 0x0c,
+        /// How far is this? Answered by [`Ranges`]; pose and map stay as they are.
+        Range(Range) = 0x0d,
     }
 }
 
@@ -121,5 +125,7 @@ messages! {
         State(State<'a>) = 0x89,
         /// The device's clock.
         Time(Time) = 0x8a,
+        /// Ranges that were asked for.
+        Ranges(Ranges) = 0x8b,
     }
 }

@@ -62,6 +62,11 @@ fn host_messages() -> Vec<HostMessage<'static>> {
         }),
         HostMessage::TimeSync(TimeSync { host_us: 1_700_000_000_000_000 }),
         HostMessage::Ask(Ask::Statistics),
+        HostMessage::Range(Range {
+            request: 41,
+            std_px: 1.5,
+            spots: few(&[Spot::Pixel([100.5, 180.25]), Spot::Box([20.0, 60.0, 40.0, 200.5])]),
+        }),
     ]
 }
 
@@ -85,13 +90,28 @@ fn device_messages() -> Vec<DeviceMessage<'static>> {
         first_us: 1_000_000,
         last_us: 2_100_000,
     };
+    let floor = Ranged {
+        pixel: [100.5, 180.25],
+        sight: Sight::Floor,
+        range: 2.5,
+        bearing: 0.25,
+        covariance: [0.01, 0.0, 0.001],
+    };
+    // As a device sends it, but for the numbers: NaN is equal to nothing, and this is compared.
+    let sky = Ranged {
+        pixel: [30.0, 200.5],
+        sight: Sight::AboveHorizon,
+        range: 0.0,
+        bearing: 0.0,
+        covariance: [0.0; 3],
+    };
     let link = LinkCounts { frames: 4_000, malformed: 1, checksum: 2, lost: 3, ..LinkCounts::default() };
     vec![
         DeviceMessage::Info(Info {
             nonce: 0xdead_beef,
             firmware: [0, 1, 0],
             board: "mps2-an500",
-            reset_count: 3,
+            reset_count: 0x13,
             configured: false,
             max_width: 320,
             max_height: 240,
@@ -99,6 +119,7 @@ fn device_messages() -> Vec<DeviceMessage<'static>> {
             max_corners: 32,
             window: 4_096,
             state_bytes: 12_000,
+            restarts: Later(Restarts { runs: 1, configurations: 2, resets: 3 }),
         }),
         DeviceMessage::Observations(Observations {
             frame: 300,
@@ -112,7 +133,7 @@ fn device_messages() -> Vec<DeviceMessage<'static>> {
             position: [0.05, 0.0],
             heading: -0.025,
             covariance: [1e-4, 0.0, 1e-6, 1e-4, 2e-6, 1e-5],
-            reset_count: 3,
+            reset_count: 0x13,
             predicted_only: false,
             landmarks: 12,
         }),
@@ -148,6 +169,7 @@ fn device_messages() -> Vec<DeviceMessage<'static>> {
             bytes: &[9, 0, 9],
         }),
         DeviceMessage::Time(Time { host_us: 1_700_000_000_000_000, device_us: 30_000_000 }),
+        DeviceMessage::Ranges(Ranges { request: 41, ranges: few(&[floor, sky]) }),
     ]
 }
 

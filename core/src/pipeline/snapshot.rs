@@ -42,13 +42,15 @@ impl<S: Storage> Pipeline<S> {
         bytemuck::cast_slice_mut(self.extractor.scratch())
     }
 
-    /// Takes the first `length` bytes of [`scratch`](Self::scratch) as [`restore`](Self::restore) does.
+    /// Takes the first `length` bytes of [`scratch`](Self::scratch) as [`restore`](Self::restore) does, if their covariance has no
+    /// negative eigenvalue; `work` is as long as the upper triangle of a covariance of all states.
     ///
     /// # Errors
-    /// As [`restore`](Self::restore).
-    pub fn restore_from_scratch(&mut self, length: usize) -> Result<()> {
+    /// As [`restore`](Self::restore), and as [`Filter::check_covariance`](crate::slam::Filter::check_covariance).
+    pub fn restore_from_scratch(&mut self, length: usize, work: &mut [f32]) -> Result<()> {
         let bytes: &[u8] = bytemuck::cast_slice_mut(self.extractor.scratch());
         let (own, rest) = split(bytes.get(..length).unwrap_or_default())?;
+        self.map.filter().check_covariance(rest.get(MAP_BYTES..).unwrap_or_default(), work)?;
         self.map.restore(rest)?;
         self.frame = u32::from_le_bytes(*own);
         self.begin_anew();

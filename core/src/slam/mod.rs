@@ -46,6 +46,7 @@ mod health;
 mod landmark;
 mod map;
 mod models;
+mod positive;
 mod ring;
 mod snapshot;
 

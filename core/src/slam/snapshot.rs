@@ -15,10 +15,17 @@ use crate::slam::filter::{Covariance, Filter, Variant};
 use crate::slam::health::Health;
 use crate::slam::landmark::{Form, Landmark, Status};
 use crate::slam::map::Map;
+use crate::slam::positive::is_positive;
 use crate::{Error, Result};
 use nalgebra::Vector2;
 
 const FORMAT: u8 = 2;
+/// No state (m, rad, 1/m) is larger, so that squares do not overflow in what follows: a position on Earth is below 1e7 m.
+const LARGEST: f32 = 1e8;
+/// No variance is larger.
+const MOST_VARIABLE: f32 = 1e10;
+/// Above 1 by what rounding may do to the covariance of two landmarks that are known together far better than apart.
+const MOST_CORRELATED: f32 = 1.01;
 const HEADER: usize = 28;
 const RECORD: usize = 52;
 /// What a map's state takes beyond its filter's.
@@ -75,7 +82,8 @@ where
     ///
     /// # Errors
     /// [`Error::Size`] when the bytes are not as many as they say, or more than fits; [`Error::OutOfRange`] when they come
-    /// from a filter of another kind or hold a number that is not finite. Nothing is changed then.
+    /// from a filter of another kind or hold what cannot be: a number that is not finite or too large, a variance below 0, a
+    /// correlation above 1. Nothing is changed then.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<()> {
         let refuse =
             |expected| Error::OutOfRange { name: "filter.snapshot", value: bytes.len() as f64, expected };
@@ -108,13 +116,76 @@ where
             states += length;
         }
         let numbers = In(input.0);
-        let finite = core::iter::from_fn(|| input.take().map(f32::from_le_bytes)).all(f32::is_finite);
-        if !finite || !time.is_finite() || !first_pose.iter().all(|value| value.is_finite()) || states != size
-        {
+        let sane = |value: f32| value.abs() <= LARGEST;
+        let mut vectors = (0..3 * size).map_while(|_| input.take().map(f32::from_le_bytes));
+        if !vectors.all(sane) || !time.is_finite() || !first_pose.into_iter().all(sane) || states != size {
             return Err(refuse("finite numbers, one set for every landmark"));
+        }
+        if !self.possible(size, input) {
+            return Err(refuse("variances that are not negative, correlations between -1 and 1"));
         }
         self.apply(time, first_pose, count, size, records, numbers);
         Ok(())
+    }
+
+    /// Whether the covariance in a state is one, which [`restore`](Self::restore) sees pair by pair only. `work` takes
+    /// [`packed_len`](crate::slam::packed_len) numbers of its states. What `restore` refuses is passed.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for a matrix with a negative eigenvalue, [`Error::Size`] when `work` is too short.
+    pub fn check_covariance(&self, bytes: &[u8], work: &mut [f32]) -> Result<()> {
+        let mut input = In(bytes);
+        let head = input.take::<4>().zip(input.take().zip(input.take()));
+        let Some((_, (count, size))) = head else { return Ok(()) };
+        let [count, size] = [count, size].map(|number| usize::from(u16::from_le_bytes(number)));
+        let triangle = bytes.get(HEADER + RECORD * count + 12 * size..);
+        let Some(triangle) = triangle.map(In).filter(|_| self.config.covariance == Covariance::Packed) else {
+            return Ok(());
+        };
+        if triangle.0.len() != 4 * packed_len(size) {
+            return Ok(());
+        }
+        let short = Error::Size { name: "work", got: work.len(), expected: packed_len(size) };
+        match is_positive(size, |place| triangle.number(place), work).ok_or(short)? {
+            true => Ok(()),
+            false => {
+                let (value, expected) = (bytes.len() as f64, "a covariance without a negative eigenvalue");
+                Err(Error::OutOfRange { name: "filter.snapshot", value, expected })
+            }
+        }
+    }
+
+    /// Whether a triangle of `size` rows can be a covariance as this filter keeps it.
+    fn possible(&self, size: usize, triangle: In<'_>) -> bool {
+        let packed = self.config.covariance == Covariance::Packed;
+        let diagonal = |row: usize| triangle.number(row * size - row * row.saturating_sub(1) / 2);
+        let variance = |row: usize| {
+            // Only the robot and its mount may be known exactly.
+            let least = if packed && row >= self.start() { f32::MIN_POSITIVE } else { 0.0 };
+            diagonal(row).filter(|value| (least..=MOST_VARIABLE).contains(value))
+        };
+        let mut numbers = triangle;
+        for row in 0..size {
+            let (Some(own), Some(_)) = (variance(row), numbers.take::<4>()) else { return false };
+            let mut sum = own;
+            for column in row + 1..size {
+                let (Some(entry), Some(other)) = (numbers.take().map(f32::from_le_bytes), variance(column))
+                else {
+                    return false;
+                };
+                let square = entry * entry;
+                sum += square * other;
+                let correlated = MOST_CORRELATED * MOST_CORRELATED * own * other;
+                if !square.is_finite() || packed && square > correlated {
+                    return false;
+                }
+            }
+            // Of P = U D Uᵀ, whose rows hold D and U.
+            if !packed && !(sum <= MOST_VARIABLE) {
+                return false;
+            }
+        }
+        true
     }
 
     /// Nothing fails here: every length has been checked.
@@ -218,6 +289,11 @@ impl In<'_> {
         let (bytes, rest) = self.0.split_first_chunk()?;
         self.0 = rest;
         Some(*bytes)
+    }
+
+    /// The number at a place, of numbers only.
+    fn number(&self, place: usize) -> Option<f32> {
+        self.0.get(4 * place..)?.first_chunk().map(|bytes| f32::from_le_bytes(*bytes))
     }
 }
 

@@ -1,6 +1,6 @@
 //! The engine's state on its way out and in.
 use super::Dispatch;
-use crate::{Board, Engine};
+use crate::{Board, Engine, engine::NotTaken};
 use embedded_io::Write;
 use monorange_protocol::message::*;
 
@@ -17,9 +17,9 @@ pub(super) struct Restored {
 
 impl<E: Engine> Dispatch<E> {
     pub(super) fn save(&mut self, port: &mut impl Write) {
-        if self.picture.take().is_some() {
+        if let Some(unfinished) = self.picture.take() {
             // The state is put together in memory that the rows of a picture use.
-            self.drop_picture(self.last_frame, port);
+            self.drop_picture(unfinished.begin.frame, port);
         }
         let frame = self.last_frame;
         let Self { engine, link, .. } = self;
@@ -36,16 +36,16 @@ impl<E: Engine> Dispatch<E> {
         if !self.engine.is_configured() {
             return self.fault(Cause::NotConfigured, 0, port);
         }
-        if self.picture.take().is_some() {
-            self.drop_picture(self.last_frame, port);
+        if let Some(unfinished) = self.picture.take() {
+            self.drop_picture(unfinished.begin.frame, port);
         }
         if chunk.offset == 0 {
             self.restored = Restored { next: 0, total: chunk.total, checksum: chunk.checksum };
         }
         let Restored { next, total, checksum } = self.restored;
         let end = chunk.offset.saturating_add(u32::try_from(chunk.bytes.len()).unwrap_or(u32::MAX));
-        let expected =
-            chunk.offset == next && chunk.total == total && chunk.checksum == checksum && end <= total;
+        let whole = total <= E::LIMITS.state_bytes && end <= total;
+        let expected = chunk.offset == next && chunk.total == total && chunk.checksum == checksum && whole;
         let place = self.engine.staging().get_mut(chunk.offset as usize..end as usize);
         let Some(place) = place.filter(|_| expected && !chunk.bytes.is_empty()) else {
             self.restored = Restored::default();
@@ -58,12 +58,15 @@ impl<E: Engine> Dispatch<E> {
         }
         self.restored = Restored::default();
         let whole = self.engine.staging().get(..total as usize).unwrap_or_default();
-        if monorange_protocol::frame::checksum(whole) == checksum && self.engine.restore(total as usize) {
-            self.last_motion = None;
-            self.last_frame = chunk.frame;
-            self.introduce::<B>(port);
-        } else {
-            self.fault(Cause::State, total, port);
+        let same = monorange_protocol::frame::checksum(whole) == checksum;
+        match if same { self.engine.restore(total as usize) } else { Err(NotTaken::NoState) } {
+            Ok(()) => {
+                self.last_motion = None;
+                self.last_frame = chunk.frame;
+                self.introduce::<B>(port);
+            }
+            Err(NotTaken::NoState) => self.fault(Cause::State, total, port),
+            Err(NotTaken::OtherConfiguration) => self.fault(Cause::State, OTHER_CONFIGURATION, port),
         }
     }
 }

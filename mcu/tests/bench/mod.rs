@@ -14,7 +14,8 @@ use monorange_protocol::{
     frame::{Deframer, LinkCounts, MAX_ENCODED},
     message::{
         Answers, Cause, Configure, Corners, CostUnit, Credit, Decision, DeviceMessage, FrameBegin, FrameEnd,
-        Hello, HostMessage, Landmark, Motion, Observation, Odometry, Pose, Rows, Statistics,
+        Hello, HostMessage, Landmark, Motion, Observation, Odometry, Pose, Ranged, Restarts, Rows, Sight,
+        Spot, Statistics,
     },
 };
 
@@ -111,10 +112,21 @@ impl Engine for Fake {
     fn staging(&mut self) -> &mut [u8] {
         &mut self.staging
     }
-    fn restore(&mut self, length: usize) -> bool {
-        let bytes = self.staging.first_chunk().filter(|_| length == 4);
-        self.moved = bytes.map_or(self.moved, |bytes| f32::from_le_bytes(*bytes));
-        bytes.is_some()
+    fn restore(&mut self, length: usize) -> Result<(), NotTaken> {
+        let bytes = self.staging.first_chunk().filter(|_| length == 4).ok_or(NotTaken::NoState)?;
+        self.moved = f32::from_le_bytes(*bytes);
+        Ok(())
+    }
+    fn range(&self, spot: &Spot, std_px: f32) -> Option<Ranged> {
+        let pixel = spot.foot();
+        let ranged = Ranged {
+            pixel,
+            sight: Sight::Floor,
+            range: pixel[1],
+            bearing: pixel[0],
+            covariance: [std_px; 3],
+        };
+        self.configured.then_some(ranged)
     }
 }
 
@@ -122,6 +134,7 @@ impl Engine for Fake {
 #[derive(Default)]
 pub(crate) struct Bench {
     ticks: std::cell::Cell<u32>,
+    pub(crate) fed: std::cell::Cell<u32>,
     ring: Ring<WINDOW>,
 }
 
@@ -150,12 +163,15 @@ impl Board for Bench {
     fn overrun(&self) -> u32 {
         self.ring.overrun()
     }
+    fn alive(&self) {
+        self.fed.set(self.fed.get() + 1);
+    }
 }
 
 /// A host and a device, with what the device said.
 pub(crate) struct Talk {
     pub(crate) device: Device<Fake>,
-    board: Bench,
+    pub(crate) board: Bench,
     sequence: u16,
     deframer: Deframer,
     pub(crate) heard: LinkCounts,
@@ -165,6 +181,7 @@ pub(crate) struct Talk {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Said {
     Info(u8, bool),
+    Restarts(Restarts),
     Pose(Pose),
     Observations(u16, u16, usize),
     Map(u16, u16, usize),
@@ -172,11 +189,17 @@ pub(crate) enum Said {
     Credit(Credit),
     Fault(Cause, u32),
     State(Vec<u8>),
+    Ranges(u32, Vec<Ranged>),
     Other(u8),
 }
 
 impl Talk {
     pub(crate) fn new() -> Self {
+        Self::of_run(1)
+    }
+
+    /// A device that has just begun its so-manieth run.
+    pub(crate) fn of_run(runs: u8) -> Self {
         let mut talk = Self {
             device: Device::new(Fake::default()),
             board: Bench::default(),
@@ -185,7 +208,7 @@ impl Talk {
             heard: LinkCounts::default(),
         };
         let mut said = vec![];
-        talk.device.greet(1, None, &talk.board, &mut said);
+        talk.device.greet(runs, None, &talk.board, &mut said);
         talk
     }
 
@@ -240,8 +263,11 @@ impl Talk {
             let Some(frame) = self.deframer.push(byte) else { continue };
             let frame = frame.expect("what the device sends is whole");
             self.heard.arrived(None, frame.sequence);
-            said.push(match DeviceMessage::decode(&frame).expect("and understood") {
-                DeviceMessage::Info(info) => Said::Info(info.reset_count, info.configured),
+            let what = match DeviceMessage::decode(&frame).expect("and understood") {
+                DeviceMessage::Info(info) => {
+                    said.push(Said::Restarts(info.restarts.0));
+                    Said::Info(info.reset_count, info.configured)
+                }
                 DeviceMessage::Pose(pose) => Said::Pose(pose),
                 DeviceMessage::Observations(some) => {
                     Said::Observations(some.first, some.total, some.observations.len())
@@ -250,9 +276,11 @@ impl Talk {
                 DeviceMessage::Statistics(statistics) => Said::Statistics(statistics),
                 DeviceMessage::Credit(credit) => Said::Credit(credit),
                 DeviceMessage::Fault(fault) => Said::Fault(fault.cause, fault.detail),
+                DeviceMessage::Ranges(some) => Said::Ranges(some.request, some.ranges.to_vec()),
                 DeviceMessage::State(state) => Said::State(state.bytes.to_vec()),
                 other => Said::Other(other.kind()),
-            });
+            };
+            said.push(what);
         }
         (said, wish)
     }

@@ -1,4 +1,5 @@
 //! A drive through the simulated corridor: on a device, and by the pipeline on this machine.
+#![allow(dead_code, reason = "each test file uses its part")]
 use monorange_core::{
     image::Grey,
     pipeline::{Config, Memory, Odometry, OnHeap, Pipeline, Report},

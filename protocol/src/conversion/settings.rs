@@ -1,5 +1,5 @@
 //! Settings on the line, read and written by the core's table.
-use crate::message::{BY_NUMBER, Settings};
+use crate::message::{Answers, BY_NUMBER, FIELD, Settings};
 use monorange_core::pipeline::{self, Config};
 use monorange_core::setting::{Setting, Value};
 use monorange_core::{Error, Result};
@@ -85,15 +85,58 @@ pub fn take_settings(bytes: &[u8], config: &mut Config) -> Result<()> {
     }
 }
 
-/// What a refused configuration's fault tells: the setting's number, or the unknown one; 0 for what is no setting.
-pub fn number_of_refused(error: &Error) -> u8 {
-    match error {
-        Error::OutOfRange { name: "settings.number", value, .. } => *value as u8,
-        Error::OutOfRange { name, .. } | Error::Unsupported { name, .. } => {
-            pipeline::setting_number(name).unwrap_or(0)
+/// The fields of `Configure` that are no settings, in their order; `SPEC.md` numbers them from 1.
+const FIELDS: [&str; 18] = [
+    "camera.width",
+    "camera.height",
+    "camera.focal",
+    "camera.principal",
+    "camera.skew",
+    "camera.distortion",
+    "mount.height",
+    "mount.tilt",
+    "mount.roll",
+    "mount.yaw",
+    "mount.forward",
+    "mount.left",
+    "mount.height_std",
+    "mount.tilt_std_deg",
+    "mount.roll_std_deg",
+    "mount.yaw_std_deg",
+    "binning",
+    "settings",
+];
+
+/// What a refused configuration's fault tells: the setting's number, known or not; the field's with [`FIELD`] added; 0 for what is
+/// neither.
+pub fn number_of_refused(error: &Error) -> u32 {
+    let name = match error {
+        Error::OutOfRange { name: "settings.number", value, .. } => return *value as u32,
+        Error::OutOfRange { name: "settings.form", .. } => "settings",
+        Error::OutOfRange { name, .. } | Error::Unsupported { name, .. } | Error::Size { name, .. } => name,
+        _ => return 0,
+    };
+    let field = || FIELDS.iter().position(|field| *field == name).map(|place| FIELD + 1 + place as u32);
+    pipeline::setting_number(name).map(u32::from).or_else(field).unwrap_or(0)
+}
+
+/// Numbers of settings that only hosts have: pictures are matched there.
+const OF_HOSTS: core::ops::RangeInclusive<u8> = 50..=59;
+
+/// CRC-32 of everything that a state depends on: camera, mount, and each setting as it is in effect.
+pub fn fingerprint(config: &Config) -> u32 {
+    let answers = Answers { observations: false, map_every: 0, statistics_every: 0 };
+    let mut told = super::message_from_config(config, answers);
+    told.settings = Settings::default();
+    for number in (0..=u8::MAX).filter(|number| !OF_HOSTS.contains(number)) {
+        if let Some((_, value)) = config.numbered(number) {
+            let _ = told.settings.0.push(number);
+            write(value, &mut told.settings);
         }
-        _ => 0,
     }
+    let mut bytes = [0; 512];
+    // There is room, as a test shows.
+    postcard::to_slice(&told, &mut bytes).map_or(0, |bytes| crate::frame::checksum(bytes))
 }
 
 struct Line<'a> {
@@ -153,6 +196,45 @@ mod tests {
     fn config() -> Config {
         let camera = Camera::new(320, 240, [365.0, 365.0], [160.0, 120.0], 0.0, Default::default()).unwrap();
         Config::new(RangeFinder::new(camera, Mount::new([0.4, 0.2, 0.0, 0.0, 0.0, 0.0]).unwrap()))
+    }
+
+    #[test]
+    fn a_fingerprint_tells_every_setting_and_field_from_its_default() {
+        let known = fingerprint(&config());
+        assert_ne!(known, 0, "there is room for everything");
+        let mut seen = std::vec![known];
+        let mut differs = |name: &str, other: Config| {
+            let other = fingerprint(&other);
+            assert!(other != 0 && !seen.contains(&other), "{name}");
+            seen.push(other);
+        };
+        for (setting, _) in pipeline::settings() {
+            let mut one = config();
+            one.set(setting, other(&one, setting)).unwrap();
+            differs(setting.name, one);
+        }
+        let camera = *config().finder.camera();
+        let higher = Mount::new([0.8, 0.2, 0.0, 0.0, 0.0, 0.0]).unwrap();
+        differs("mount.height", Config { finder: RangeFinder::new(camera, higher), ..config() });
+        let lens = Default::default();
+        let camera = Camera::new(320, 240, [300.0; 2], [160.0, 120.0], 0.0, lens).unwrap();
+        let mount = *config().finder.mount();
+        differs("camera.focal", Config { finder: RangeFinder::new(camera, mount), ..config() });
+        let mut looser = config();
+        looser.mount_std[1] *= 2.0;
+        differs("mount.tilt_std_deg", looser);
+    }
+
+    #[test]
+    fn fields_that_are_no_settings_are_numbered_in_their_order() {
+        let focal =
+            Camera::new(320, 240, [-1.0_f32; 2], [160.0, 120.0], 0.0, Default::default()).unwrap_err();
+        assert_eq!(number_of_refused(&focal), FIELD + 3);
+        assert_eq!(number_of_refused(&Mount::new([0.0_f32; 6]).unwrap_err()), FIELD + 7);
+        assert_eq!(number_of_refused(&take_settings(&[9], &mut config()).unwrap_err()), FIELD + 18);
+        let mut wrong = config();
+        wrong.mount_std[3] = -1.0;
+        assert_eq!(number_of_refused(&wrong.validated().unwrap_err()), FIELD + 16);
     }
 
     /// Another value than the default's, as long as it gets on the line.

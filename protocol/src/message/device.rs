@@ -1,4 +1,5 @@
 //! Device → host.
+use super::{Later, MAX_SPOTS};
 use crate::frame::LinkCounts;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -17,7 +18,8 @@ pub struct Info<'a> {
     pub firmware: [u8; 3],
     /// The board's name.
     pub board: &'a str,
-    /// Counts restarts and resets, wrapping: another number than before means that pose and map are new.
+    /// The run in its upper four bits, the resets of that run in its lower four, each wrapping: another number than before means
+    /// that pose and map are new. A configuration, which a host knows of, does not change it.
     pub reset_count: u8,
     /// Whether it has been configured since it started.
     pub configured: bool,
@@ -33,6 +35,19 @@ pub struct Info<'a> {
     pub window: u16,
     /// Bytes of a saved state.
     pub state_bytes: u32,
+    /// What made pose and map new, each told apart.
+    pub restarts: Later<Restarts>,
+}
+
+/// Counts of what makes pose and map new, wrapping.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Restarts {
+    /// Runs since power came, this one included.
+    pub runs: u8,
+    /// Configurations accepted in this run.
+    pub configurations: u8,
+    /// Resets of pose and map in this run.
+    pub resets: u8,
 }
 
 /// What became of a corner.
@@ -202,21 +217,31 @@ pub struct Credit {
 /// Why something was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Cause {
-    /// A frame of another protocol version came; `detail` is that version.
+    /// A frame of another protocol version came; `detail` is the version that this device speaks.
     Version,
-    /// Pictures and corners need a configuration first.
+    /// This needs a configuration first; `detail` is the frame's or the request's number, or 0.
     NotConfigured,
-    /// The configuration is out of range; an [`Info`] with the one that stays follows. `detail` is 0.
+    /// The configuration is out of range; an [`Info`] with the one that stays follows. `detail` is the number of the setting, or of
+    /// the field with [`FIELD`] added.
     Configuration,
     /// The picture is larger than the device or the camera; `detail` is the frame's number.
     PictureSize,
     /// The picture was incomplete and given up; `detail` is the frame's number.
     FrameDropped,
-    /// The state to be restored had a gap, a wrong checksum or is of another firmware; `detail` is the offset.
+    /// The state is not taken. `detail` is the offset of a chunk that does not follow the one before, the total where the whole
+    /// has another checksum or is no state, and [`OTHER_CONFIGURATION`] where it is one of another configuration.
     State,
-    /// Odometry that is not finite or not forward in time; it is not used.
+    /// Odometry that is not used; `detail` is 0 for a number that is not finite or a negative duration, 1 where it ends before
+    /// the time that the device has reached.
     Odometry,
+    /// A whole frame came whose payload is no message of its kind; `detail` is the kind.
+    NotUnderstood,
 }
+
+/// Added to the number of a field of [`Configure`](super::Configure) that is refused: those of settings are below.
+pub const FIELD: u32 = 0x100;
+/// The detail of a [`Cause::State`] for a state that was saved under another configuration.
+pub const OTHER_CONFIGURATION: u32 = u32::MAX;
 
 /// Something was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -254,4 +279,41 @@ pub struct Time {
     pub host_us: u64,
     /// Microseconds since the device started.
     pub device_us: u64,
+}
+
+/// Whether a pixel sees the floor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Sight {
+    /// It does.
+    Floor,
+    /// It looks at or above the horizon.
+    AboveHorizon,
+    /// It is not in the picture.
+    OutsideImage,
+    /// The lens model is not one to one there.
+    OutsideLensModel,
+}
+
+/// The floor point that a pixel sees.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Ranged {
+    /// u, v; of a box its foot.
+    pub pixel: [f32; 2],
+    /// Whether the rest are numbers: they are NaN otherwise.
+    pub sight: Sight,
+    /// Range in m, from the robot's origin.
+    pub range: f32,
+    /// Bearing in rad, positive to the left.
+    pub bearing: f32,
+    /// var_range, cov_range_bearing, var_bearing: of the pixel and of the mount as far as it is known.
+    pub covariance: [f32; 3],
+}
+
+/// Answers a [`Range`](super::Range), in its order.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Ranges {
+    /// The request's number.
+    pub request: u32,
+    /// The floor points.
+    pub ranges: Vec<Ranged, MAX_SPOTS>,
 }

@@ -206,3 +206,36 @@ pub enum Ask {
     /// Counts and costs.
     Statistics,
 }
+
+/// Pixels and boxes in one message, at most.
+pub const MAX_SPOTS: usize = 32;
+
+/// Asks how far things are that stand on the floor, by the mount as estimated so far.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Range {
+    /// Any number; it comes back.
+    pub request: u32,
+    /// Standard deviation of the pixels, px; 0 for that of the setting `association.corner_std_floor_px`.
+    pub std_px: f32,
+    /// The things.
+    pub spots: Vec<Spot, MAX_SPOTS>,
+}
+
+/// Where a thing meets the floor, in the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Spot {
+    /// u, v.
+    Pixel([f32; 2]),
+    /// left, top, right, bottom, as object detectors give them: the foot is the middle of the lower edge.
+    Box([f32; 4]),
+}
+
+impl Spot {
+    /// The pixel that meets the floor.
+    pub fn foot(&self) -> [f32; 2] {
+        match *self {
+            Self::Pixel(pixel) => pixel,
+            Self::Box([left, _, right, bottom]) => [0.5 * (left + right), bottom],
+        }
+    }
+}

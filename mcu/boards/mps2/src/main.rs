@@ -11,13 +11,10 @@
 #![no_std]
 #![no_main]
 
-mod board;
-mod uart;
-
-use board::Mps2;
 use core::mem::MaybeUninit;
 use cortex_m_rt::entry;
 use embedded_io::Write;
+use monorange_cmsdk::{board::Mps2, uart};
 use monorange_cortex::{fault, stack};
 use monorange_mcu::{Arrays, Device, Mapper, Wish};
 

@@ -1,7 +1,7 @@
 //! Clocks, time and cost.
 use cortex_m::peripheral::{DCB, DWT, SYST, syst::SystClkSource};
 use cortex_m_rt::exception;
-use embassy_stm32::{Config, rcc, time::Hertz};
+use embassy_stm32::{Config, pac, rcc, time::Hertz};
 use monorange_mcu::Board;
 use monorange_protocol::message::CostUnit;
 
@@ -89,6 +89,9 @@ impl Board for Nucleo {
     /// Not told by the HAL; gaps in the sequence show it.
     fn overrun(&self) -> u32 {
         0
+    }
+    fn alive(&self) {
+        pac::IWDG1.kr().write(|key| key.set_key(pac::iwdg::vals::Key::RESET));
     }
 }
 

@@ -2,7 +2,10 @@
 use core::sync::atomic::{AtomicBool, Ordering};
 use cortex_m::{asm, interrupt, interrupt::InterruptNumber, peripheral::NVIC};
 use cortex_m_rt::exception;
-use monorange_mcu::{Ring, WINDOW};
+use monorange_mcu::{
+    Ring, WINDOW,
+    patience::{Patience, Stuck},
+};
 
 /// Bytes from the interrupt to the main loop.
 pub static RING: Ring<WINDOW> = Ring::new();
@@ -48,12 +51,8 @@ fn write(register: usize, value: u32) {
 
 /// The sending side.
 pub struct Port {
-    _started: (),
+    patience: Patience,
 }
-
-/// The line did not take a byte in time: its other end does not listen.
-#[derive(Clone, Copy, Debug)]
-pub struct Stuck;
 
 impl Port {
     /// Starts the UART, and its receive interrupt.
@@ -62,31 +61,24 @@ impl Port {
         write(CTRL, CTRL_TX | CTRL_RX | CTRL_RX_INTERRUPT);
         // SAFETY: what the handler shares with the main loop is `RING` and atomics, which are ready from the start.
         unsafe { NVIC::unmask(ReceiveInterrupt) };
-        Self { _started: () }
+        Self { patience: Patience::new() }
     }
 
-    fn wait(&self) -> Result<(), Stuck> {
-        let start = crate::board::ticks();
-        while read(STATE) & STATE_TX_FULL != 0 {
-            if crate::board::ticks().wrapping_sub(start) > PATIENCE_TICKS {
-                return Err(Stuck);
-            }
+    fn wait(&mut self) -> Result<(), Stuck> {
+        if read(STATE) & STATE_TX_FULL == 0 {
+            self.patience.moved();
+            return Ok(());
         }
-        Ok(())
+        self.wait_long()
+    }
+
+    fn wait_long(&mut self) -> Result<(), Stuck> {
+        let start = crate::board::ticks();
+        let late = || crate::board::ticks().wrapping_sub(start) > PATIENCE_TICKS;
+        self.patience.wait(|| read(STATE) & STATE_TX_FULL == 0, late)
     }
 }
 
-impl core::fmt::Display for Stuck {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str("the line did not take a byte in time")
-    }
-}
-impl core::error::Error for Stuck {}
-impl embedded_io::Error for Stuck {
-    fn kind(&self) -> embedded_io::ErrorKind {
-        embedded_io::ErrorKind::TimedOut
-    }
-}
 impl embedded_io::ErrorType for Port {
     type Error = Stuck;
 }
