@@ -11,6 +11,7 @@
 //! | odometry after a gap in time | the last motion holds through the gap, for a second at most, then this one | – |
 //! | a configuration or a reset within a picture | the picture is given up | fault |
 //! | a whole frame that is no message | counted | fault |
+mod motion;
 mod state;
 
 use crate::{
@@ -24,12 +25,8 @@ use monorange_protocol::{
     frame::{Damage, Deframer, Frame},
     message::*,
 };
+use motion::held;
 use state::Restored;
-
-/// Gaps in odometry up to this are rounding, not a lost message.
-const ODOMETRY_SLACK_US: u64 = 1_000;
-/// The last velocity is taken to hold for so long: after that the robot is not taken to have moved on.
-const ODOMETRY_HOLD_US: u64 = 1_000_000;
 
 /// What the device wants of its board after a call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -479,23 +476,4 @@ const FIRMWARE: [u8; 3] = {
 
 fn board_unit<B: Board>(_board: &B) -> CostUnit {
     B::COST_UNIT
-}
-
-/// The motion between the last reading and this one, if some were lost: the last velocity holds, for a second at most.
-fn held(last: &Odometry, next: &Odometry) -> Option<Odometry> {
-    let began_us = next.until_us.saturating_sub((next.duration * 1e6 + 0.5) as u64);
-    let gap_us = began_us.checked_sub(last.until_us)?;
-    if gap_us < ODOMETRY_SLACK_US {
-        return None;
-    }
-    let held_us = gap_us.min(ODOMETRY_HOLD_US);
-    let duration = held_us as f32 * 1e-6;
-    let share = duration / last.duration;
-    let motion = match last.motion {
-        Motion::Increment { forward, left, turn } if share.is_finite() => {
-            Motion::Increment { forward: forward * share, left: left * share, turn: turn * share }
-        }
-        velocity => velocity,
-    };
-    Some(Odometry { until_us: last.until_us.saturating_add(held_us), duration, motion })
 }

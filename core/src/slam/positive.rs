@@ -38,8 +38,7 @@ pub(super) fn is_positive(n: usize, number: impl Fn(usize) -> Option<f32>, work:
     for pivot in 0..n {
         let (above, below) = work.split_at_mut(start(pivot) + n - pivot);
         let row = &mut above[start(pivot)..];
-        // Also false for what is not a number.
-        if !(row[0] > 0.0) {
+        if row[0].is_nan() || row[0] <= 0.0 {
             return Some(false);
         }
         let scale = 1.0 / libm::sqrtf(row[0]);

@@ -181,7 +181,7 @@ where
                 }
             }
             // Of P = U D Uᵀ, whose rows hold D and U.
-            if !packed && !(sum <= MOST_VARIABLE) {
+            if !packed && (sum.is_nan() || sum > MOST_VARIABLE) {
                 return false;
             }
         }
