@@ -14,6 +14,9 @@ pub struct OdometryConfig<T> {
     pub acceleration_std: T,
     /// How fast the robot changes its turn rate, rad/s².
     pub turn_acceleration_std: T,
+    /// Speed and turn rate of a robot of which nothing has been measured yet, m/s and rad/s: what bridges a picture whose
+    /// motion is not measured, until the robot has shown how it drives.
+    pub rest_std: [T; 2],
     /// Sideways error for each metre driven.
     pub slip: T,
     /// Path after which the picture becomes the keyframe, in heights of the camera.
@@ -30,6 +33,7 @@ impl<T: Real> Default for OdometryConfig<T> {
             motion: GroundMotionConfig { scale_noise: true, ..GroundMotionConfig::default() },
             acceleration_std: T::lit(2.0),
             turn_acceleration_std: T::lit(2.0),
+            rest_std: [T::lit(1.0), T::lit(0.5)],
             slip: T::lit(0.002),
             keyframe_path: T::lit(0.5),
             keyframe_turn: T::lit(0.15),
@@ -50,6 +54,64 @@ pub struct VisualOdometry<T> {
     wheels: (Pose<T>, Matrix2<T>),
     /// Last (v, ω) with its covariance, once there is one.
     velocity: Option<(Vector2<T>, Matrix2<T>)>,
+    habits: Habits<T>,
+    /// Since the motion was measured last.
+    blind: Blind<T>,
+}
+
+/// How the robot has driven so far, in (v, ω).
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Habits<T> {
+    /// Its largest speed and turn rate.
+    reach: Vector2<T>,
+    /// Squares of the changes from one picture to the next, added up, and how many.
+    changes: (Vector2<T>, T),
+}
+
+/// Pictures in a row whose motion was not measured, bridged by the last velocity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Blind<T> {
+    pictures: T,
+    seconds: T,
+    /// Of path and turn since then.
+    variance: Vector2<T>,
+}
+
+/// Pictures that what is assumed of a robot's changes of speed counts for, beside those that were seen.
+const ASSUMED: f64 = 10.0;
+
+impl<T: Real> Habits<T> {
+    fn new() -> Self {
+        Self { reach: Vector2::zeros(), changes: (Vector2::zeros(), T::zero()) }
+    }
+
+    fn note(&mut self, velocity: &Vector2<T>, before: Option<Vector2<T>>) {
+        self.reach = self.reach.zip_map(velocity, |most, now| most.max(now.abs()));
+        if let Some(before) = before {
+            let change = velocity - before;
+            self.changes.0 += change.component_mul(&change);
+            self.changes.1 += T::one();
+        }
+    }
+
+    /// Variances of (v, ω) so many pictures after a velocity of these variances was measured: it changes as it did before,
+    /// and does not leave what the robot can do.
+    fn variances(&self, config: &OdometryConfig<T>, start: &Vector2<T>, pictures: T) -> Vector2<T> {
+        let assumed = T::lit(ASSUMED);
+        let [speed, turn] = config.rest_std;
+        let (rest, (squares, count)) = (Vector2::new(speed * speed, turn * turn), self.changes);
+        // Half of what it is at rest, which a robot may take up between two pictures.
+        let change = (squares + rest * (assumed * T::lit(0.25))) / (count + assumed);
+        let seen = self.reach.component_mul(&self.reach);
+        let most = if count > assumed { Vector2::new(seen.x, seen.y.max(rest.y)) } else { seen.sup(&rest) };
+        (start + change * pictures).inf(&most)
+    }
+}
+
+impl<T: Real> Blind<T> {
+    fn not() -> Self {
+        Self { pictures: T::zero(), seconds: T::zero(), variance: Vector2::zeros() }
+    }
 }
 
 /// What a picture told.
@@ -99,6 +161,8 @@ impl<T: Real> VisualOdometry<T> {
             since_keyframe_by_mount: Matrix3x4::zeros(),
             wheels: (Pose::default(), Matrix2::zeros()),
             velocity: None,
+            habits: Habits::new(),
+            blind: Blind::not(),
         }
     }
 
@@ -107,7 +171,9 @@ impl<T: Real> VisualOdometry<T> {
     /// are wheels; `tracks` receives where each match's point is.
     ///
     /// Nothing is known of the first step's length without odometry; from then on the last velocity, changed by the
-    /// accelerations of the configuration, stands in for it.
+    /// accelerations of the configuration, helps to find it. Where the pictures give none, the last velocity itself
+    /// stands in for it, with what the robot can do in that time: velocities that are wrong stay wrong, so that the
+    /// deviation of the path grows with the time since the last measured picture, not with its root.
     pub fn step(
         &mut self,
         config: &OdometryConfig<T>,
@@ -125,7 +191,7 @@ impl<T: Real> VisualOdometry<T> {
         let motion = ground_motion(&config.motion, finder, matches, prior.as_ref(), tracks);
         let (increment, mut increment_covariance, increment_by_mount) = match &motion {
             Ok(motion) => self.follow(motion, dt),
-            Err(_) => self.coast(odometry.or(held.as_ref()), dt),
+            Err(_) => self.coast(config, odometry, dt),
         };
         let disagreement = match (&motion, odometry) {
             (Ok(motion), Some(_)) => prior.map(|wheels| disagreement(&wheels, motion)),
@@ -138,7 +204,8 @@ impl<T: Real> VisualOdometry<T> {
             || path > config.keyframe_path * finder.mount().height()
             || self.since_keyframe.heading.abs() > config.keyframe_turn;
         if new_keyframe {
-            *self = Self { velocity: self.velocity, ..Self::new() };
+            let Self { velocity, habits, blind, .. } = *self;
+            *self = Self { velocity, habits, blind, ..Self::new() };
         }
         OdometryReport {
             measured: motion.is_ok(),
@@ -183,8 +250,11 @@ impl<T: Real> VisualOdometry<T> {
         let gained = motion.covariance - carry * self.since_keyframe_covariance * carry.transpose();
         let turn = turned(&self.since_keyframe);
         let covariance = positive_part(&(turn.transpose() * gained * turn), &motion.covariance);
+        let before = self.velocity.filter(|_| self.blind == Blind::not()).map(|(velocity, _)| velocity);
+        self.blind = Blind::not();
         self.velocity = (dt > zero).then(|| {
             let arc = Vector2::new(increment.x, increment.heading);
+            self.habits.note(&(arc / dt), before);
             let spread = Matrix2::new(covariance.m11, covariance.m13, covariance.m31, covariance.m33);
             (arc / dt, spread / (dt * dt))
         });
@@ -195,16 +265,40 @@ impl<T: Real> VisualOdometry<T> {
         (increment, covariance, by_mount)
     }
 
-    /// No motion was measured: the prior's, and without one a step of unknown length.
-    fn coast(&mut self, expected: Option<&MotionPrior<T>>, dt: T) -> (Pose<T>, Matrix3<T>, Matrix3x4<T>) {
-        let unknown = MotionPrior { arc: Vector2::zeros(), covariance: Matrix2::identity() };
-        let step = expected.copied().unwrap_or(unknown);
-        self.velocity = (dt > T::zero()).then(|| (step.arc / dt, step.covariance / (dt * dt)));
+    /// No motion was measured: the wheels', and without them the last velocity's.
+    fn coast(
+        &mut self,
+        config: &OdometryConfig<T>,
+        wheels: Option<&MotionPrior<T>>,
+        dt: T,
+    ) -> (Pose<T>, Matrix3<T>, Matrix3x4<T>) {
+        let step = match wheels {
+            Some(step) => {
+                self.velocity = (dt > T::zero()).then(|| (step.arc / dt, step.covariance / (dt * dt)));
+                *step
+            }
+            None => self.bridge(config, dt),
+        };
         let pose = arc_pose(step.arc);
         let by_arc = super::planar::PlanarStep::new(step.arc.x, T::zero(), step.arc.y).pose_by_step();
         let by_arc = nalgebra::Matrix3x2::from_columns(&[by_arc.column(0), by_arc.column(2)]);
         self.since_keyframe = self.since_keyframe.compose(&pose);
         (pose, by_arc * step.covariance * by_arc.transpose(), Matrix3x4::zeros())
+    }
+
+    /// The step of the last velocity, with what the path since it was measured is more uncertain than before the step.
+    fn bridge(&mut self, config: &OdometryConfig<T>, dt: T) -> MotionPrior<T> {
+        let [speed, turn] = config.rest_std;
+        let rest = || (Vector2::zeros(), Matrix2::new(speed * speed, T::zero(), T::zero(), turn * turn));
+        let (velocity, covariance) = self.velocity.unwrap_or_else(rest);
+        let before = self.blind.variance;
+        let blind = &mut self.blind;
+        blind.pictures += T::one();
+        blind.seconds += dt;
+        let rates = self.habits.variances(config, &covariance.diagonal(), blind.pictures);
+        blind.variance = (rates * (blind.seconds * blind.seconds)).sup(&before);
+        let gained = Matrix2::from_diagonal(&(blind.variance - before));
+        MotionPrior { arc: velocity * dt, covariance: gained }
     }
 }
 
@@ -246,4 +340,39 @@ fn positive_part<T: Real>(difference: &Matrix3<T>, whole: &Matrix3<T>) -> Matrix
     eigen.eigenvalues.apply(|value| *value = value.max(T::lit(0.01)));
     let back = Matrix3::from_diagonal(&scale);
     back * eigen.recompose() * back
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Camera, Mount};
+
+    #[test]
+    fn pictures_without_a_motion_are_bridged_by_what_the_robot_does_in_that_time() {
+        let camera = Camera::new(320, 240, [365.0_f64; 2], [160.0, 120.0], 0.0, Default::default()).unwrap();
+        let finder = RangeFinder::new(camera, Mount::new([0.4, 0.2, 0.0, 0.0, 0.0, 0.0]).unwrap());
+        let mut odometry = VisualOdometry::new();
+        let straight = Vector2::new(0.2, 0.0);
+        (0..50).for_each(|_| odometry.habits.note(&straight, Some(straight)));
+        odometry.velocity = Some((straight, Matrix2::identity() * 1e-4));
+        let mut turned = 0.0;
+        let turned = [(); 4].map(|()| {
+            let report = odometry.step(&OdometryConfig::default(), &finder, &[], 0.6, None, &mut []);
+            assert!(!report.measured && (report.increment.x - 0.12).abs() < 1e-9);
+            turned += report.increment_covariance.m33;
+            f64::sqrt(turned)
+        });
+        // Within one picture it hardly turns; four that are missed can hide a bend. It never turns faster than it can.
+        assert!(turned[0] > 0.03 && turned[0] < 0.1, "{turned:?}");
+        assert!(turned[3] > 4.0 * turned[0] && turned[3] < 4.0 * 0.6 * 0.5, "{turned:?}");
+    }
+
+    #[test]
+    fn a_first_picture_without_a_motion_is_bridged_by_what_any_robot_does() {
+        let camera = Camera::new(320, 240, [365.0_f64; 2], [160.0, 120.0], 0.0, Default::default()).unwrap();
+        let finder = RangeFinder::new(camera, Mount::new([0.4, 0.2, 0.0, 0.0, 0.0, 0.0]).unwrap());
+        let report = VisualOdometry::new().step(&OdometryConfig::default(), &finder, &[], 0.1, None, &mut []);
+        let std = report.increment_covariance.diagonal().map(f64::sqrt);
+        assert!((std.x - 0.1).abs() < 0.01 && (std.z - 0.05).abs() < 0.01, "{std}");
+    }
 }

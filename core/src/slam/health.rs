@@ -1,9 +1,17 @@
-//! Is the filter to be believed? A verdict from what every update says about itself.
+//! Is the filter to be believed? A verdict from what every update and every frame says about itself.
 //!
-//! The normalised innovations of a consistent filter average to 1 a degree of freedom, ± √(2/(n·dof)) over n of
-//! them: ± 0.125 over the window of 64 measurements of two. A gated measurement contributes the gate's value, not its own: it may
-//! belong to a neighbour that has no landmark, and its distance tells nothing of the covariance. A run of inflated or gated
-//! measurements means that the estimated pose is no longer where the sensor is.
+//! | evidence | what it sees |
+//! |---|---|
+//! | normalised innovations, mean of the last 64 measurements | noise that is set too low; 1 ± 0.125 a degree of freedom is right |
+//! | measurements beyond their gate in a row | the state has left the place that the sensor sees |
+//! | standard deviation of the heading, the largest since it was last known | a turn that nobody measured: no Jacobian holds |
+//! | standard deviation of the position beside the path | a pose that is honest and of no use |
+//! | covariances that failed | the map began anew |
+//! | refusals among landmarks that should be in view | measurements that are told to be of the wrong landmark |
+//!
+//! One innovation beyond its gate counts as if it were on it: it may be of a neighbour that has no landmark, and how far off
+//! that is tells nothing of the covariance. The last row is needed because innovations are of accepted pairs only, and a pair
+//! is accepted where it fits.
 use crate::Real;
 use crate::slam::filter::{Decision, Outcome};
 
@@ -15,23 +23,62 @@ pub enum Verdict {
     Unchecked,
     /// Errors are of the size the covariance says.
     Consistent,
-    /// Errors are larger than the covariance says: raise the sensor's or the odometry's noise.
-    OverConfident,
-    /// Measurement after measurement lies beyond its gate: the map or the pose is wrong. Start anew.
-    Diverging,
+    /// Do not rely on it: see the [`Reason`].
+    Doubtful,
+    /// The pose is not known. Drive to where the map is well known, or start anew.
+    Lost,
+}
+
+/// What speaks against the filter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reason {
+    /// A covariance failed, and the map began anew.
+    Indefinite,
+    /// The heading is uncertain by more than a turn that is still linear: its change was not measured.
+    Heading,
+    /// Measurement after measurement lies beyond its gate: the map or the pose is wrong.
+    BeyondGate,
+    /// Innovations are larger than the covariance says: raise the sensor's or the odometry's noise.
+    Innovations,
+    /// The pose may be off by more than a twentieth of the path.
+    Uncertain,
+    /// Where landmarks should be seen again, measurements are of none: some are told to be of a wrong one.
+    Association,
+}
+
+impl Reason {
+    /// The words for it in a report.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Indefinite => "the covariance failed and the map began anew",
+            Self::Heading => "a turn was not measured and the heading is not known",
+            Self::BeyondGate => "measurement after measurement lies beyond its gate",
+            Self::Innovations => "innovations are larger than the noise that was set explains",
+            Self::Uncertain => "the pose may be off by more than a twentieth of the path",
+            Self::Association => "measurements on mapped ground are of none of its landmarks",
+        }
+    }
+
+    /// How bad it is.
+    pub const fn verdict(self) -> Verdict {
+        match self {
+            Self::Indefinite | Self::Heading | Self::BeyondGate => Verdict::Lost,
+            Self::Innovations | Self::Uncertain | Self::Association => Verdict::Doubtful,
+        }
+    }
 }
 
 impl Verdict {
     /// Every verdict.
-    pub const ALL: [Self; 4] = [Self::Unchecked, Self::Consistent, Self::OverConfident, Self::Diverging];
+    pub const ALL: [Self; 4] = [Self::Unchecked, Self::Consistent, Self::Doubtful, Self::Lost];
 
     /// The word for it.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Unchecked => "unchecked",
             Self::Consistent => "consistent",
-            Self::OverConfident => "over-confident",
-            Self::Diverging => "diverging",
+            Self::Doubtful => "doubtful",
+            Self::Lost => "lost",
         }
     }
 }
@@ -40,6 +87,18 @@ impl Verdict {
 const WINDOW: usize = 64;
 /// Measurements beyond their gate in a row that mean divergence.
 const RUN: u32 = 12;
+/// Standard deviation of the heading, rad, above which it is lost: no Jacobian holds.
+const LOST_HEADING: f64 = 0.35;
+/// And below which one that was lost is known again.
+pub const KNOWN_HEADING: f64 = 0.25;
+/// Landmarks in view from which on ground is mapped.
+const MAPPED: u32 = 3;
+/// Standard deviation of the position, in parts of the path, from which on a pose is of no use.
+const UNCERTAIN: f64 = 0.025;
+/// And beside that, m.
+const UNCERTAIN_AT_REST: f64 = 0.1;
+/// Share of measurements on mapped ground that are nobody's.
+const STRANGERS: f64 = 0.3;
 
 /// Running figures of the updates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,7 +111,79 @@ pub struct Health<T> {
     pub measurements: u32,
     /// The last measurement's ratio of the eigenvalues of S: 1e6 in `f32` leaves no digit.
     pub condition: T,
+    /// What the frames say, beside the measurements.
+    pub frames: FrameHealth<T>,
     window: [T; WINDOW],
+}
+
+/// What a frame tells of the filter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrameEvidence<T> {
+    /// The robot's position.
+    pub position: [T; 2],
+    /// Variance of the position, x and y together.
+    pub position_variance: T,
+    /// Variance of the heading.
+    pub heading_variance: T,
+    /// Covariances that failed, ever.
+    pub resets: u32,
+    /// Confirmed landmarks that should be in view.
+    pub expected: u32,
+    /// Measurements that corrected the state.
+    pub updates: u32,
+    /// Measurements that were nobody's, or left out between two explanations.
+    pub refused: u32,
+    /// Landmarks born.
+    pub births: u32,
+}
+
+/// Running figures of the frames.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrameHealth<T> {
+    /// The last frame's.
+    pub last: Option<FrameEvidence<T>>,
+    /// Path so far, m.
+    pub path: T,
+    /// The largest variance of the heading since it was last known to [`KNOWN_HEADING`].
+    pub heading_variance: T,
+    /// Updates, refusals and births among landmarks that should be in view, each forgotten by 1 in 256 measurements.
+    pub mapped: [T; 3],
+}
+
+impl<T: Real> Default for FrameHealth<T> {
+    fn default() -> Self {
+        Self { last: None, path: T::zero(), heading_variance: T::zero(), mapped: [T::zero(); 3] }
+    }
+}
+
+impl<T: Real> FrameHealth<T> {
+    /// Takes note of a frame.
+    pub fn note(&mut self, frame: &FrameEvidence<T>) {
+        if let Some(FrameEvidence { position: [x, y], .. }) = self.last {
+            let [x, y] = [frame.position[0] - x, frame.position[1] - y];
+            self.path += (x * x + y * y).sqrt();
+        }
+        let known = T::lit(KNOWN_HEADING * KNOWN_HEADING);
+        self.heading_variance = match frame.heading_variance {
+            now if now < known => now,
+            now => now.max(self.heading_variance),
+        };
+        if frame.expected >= MAPPED {
+            let counts = [frame.updates, frame.refused, frame.births];
+            let share = T::lit(f64::from(counts.iter().sum::<u32>()) / 256.0);
+            for (sum, count) in self.mapped.iter_mut().zip(counts) {
+                *sum = *sum * (T::one() - share.min(T::one())) + T::lit(f64::from(count));
+            }
+        }
+        self.last = Some(*frame);
+    }
+
+    /// Shares of refusals and births among the measurements on mapped ground, once there are 64.
+    pub fn strangers(&self) -> Option<[T; 2]> {
+        let [updates, refused, births] = self.mapped;
+        let all = updates + refused + births;
+        (all > T::lit(64.0)).then(|| [refused / all, births / all])
+    }
 }
 
 impl<T: Real> Default for Health<T> {
@@ -62,6 +193,7 @@ impl<T: Real> Default for Health<T> {
             beyond_gate: 0,
             measurements: 0,
             condition: T::one(),
+            frames: FrameHealth::default(),
             window: [T::one(); WINDOW],
         }
     }
@@ -102,15 +234,27 @@ impl<T: Real> Health<T> {
 
     /// The verdict.
     pub fn verdict(&self) -> Verdict {
-        if self.measurements == 0 {
-            Verdict::Unchecked
-        } else if self.beyond_gate_in_a_row >= RUN {
-            Verdict::Diverging
-        } else if self.measurements as usize >= WINDOW && self.mean_nis() > T::lit(1.5) {
-            Verdict::OverConfident
-        } else {
-            Verdict::Consistent
-        }
+        let silent = if self.measurements == 0 { Verdict::Unchecked } else { Verdict::Consistent };
+        self.reason().map_or(silent, Reason::verdict)
+    }
+
+    /// What speaks against the filter, the worst first; `None` where nothing does.
+    pub fn reason(&self) -> Option<Reason> {
+        let frames = &self.frames;
+        let lost = T::lit(LOST_HEADING * LOST_HEADING);
+        let most = frames.path * T::lit(UNCERTAIN) + T::lit(UNCERTAIN_AT_REST);
+        let uncertain = frames.last.is_some_and(|frame| frame.position_variance > most * most);
+        let told = self.measurements as usize >= WINDOW;
+        let strange = frames.strangers().is_some_and(|[refused, _]| refused > T::lit(STRANGERS));
+        let reasons = [
+            (frames.last.is_some_and(|frame| frame.resets > 0), Reason::Indefinite),
+            (frames.heading_variance > lost, Reason::Heading),
+            (self.beyond_gate_in_a_row >= RUN, Reason::BeyondGate),
+            (told && self.mean_nis() > T::lit(1.5), Reason::Innovations),
+            (uncertain, Reason::Uncertain),
+            (strange, Reason::Association),
+        ];
+        reasons.into_iter().find_map(|(holds, reason)| holds.then_some(reason))
     }
 }
 
@@ -144,8 +288,66 @@ mod tests {
     #[test]
     fn a_neighbour_that_is_gated_again_and_again_is_not_over_confidence() {
         assert_eq!(verdict_after(|index| if index % 5 == 0 { 24.0 } else { 1.0 }), Verdict::Consistent);
-        assert_eq!(verdict_after(|_| 4.0), Verdict::OverConfident);
-        assert_eq!(verdict_after(|index| if index % 2 == 0 { 24.0 } else { 1.0 }), Verdict::OverConfident);
-        assert_eq!(verdict_after(|_| 24.0), Verdict::Diverging);
+        assert_eq!(verdict_after(|_| 4.0), Verdict::Doubtful);
+        assert_eq!(verdict_after(|index| if index % 2 == 0 { 24.0 } else { 1.0 }), Verdict::Doubtful);
+        assert_eq!(verdict_after(|_| 24.0), Verdict::Lost);
+    }
+
+    fn frame(heading_std: f64, position_std: f64, x: f64) -> FrameEvidence<f64> {
+        FrameEvidence {
+            position: [x, 0.0],
+            position_variance: position_std * position_std,
+            heading_variance: heading_std * heading_std,
+            resets: 0,
+            expected: 8,
+            updates: 2,
+            refused: 0,
+            births: 0,
+        }
+    }
+
+    #[test]
+    fn a_heading_that_nobody_measured_is_lost_until_it_is_known_again() {
+        let mut health = Health::default();
+        let mut said = |std| {
+            health.frames.note(&frame(std, 0.01, 1.0));
+            health.reason()
+        };
+        assert_eq!(
+            [0.01, 0.3, 0.4, 0.3].map(&mut said),
+            [None, None, Some(Reason::Heading), Some(Reason::Heading)]
+        );
+        assert_eq!([0.2, 0.3].map(said), [None, None]);
+        assert_eq!(Reason::Heading.verdict().as_str(), "lost");
+    }
+
+    #[test]
+    fn a_pose_that_may_be_off_by_more_than_a_twentieth_of_the_path_is_doubtful() {
+        let mut health = Health::default();
+        for metre in 0..=40 {
+            health.frames.note(&frame(0.1, 0.02 * f64::from(metre), f64::from(metre)));
+            assert_eq!(health.reason(), None, "{metre} m");
+        }
+        health.frames.note(&frame(0.1, 1.5, 41.0));
+        assert_eq!((health.verdict(), health.reason()), (Verdict::Doubtful, Some(Reason::Uncertain)));
+    }
+
+    #[test]
+    fn measurements_on_mapped_ground_that_are_nobodys_are_doubtful_and_those_on_new_ground_are_not() {
+        for (expected, reason) in [(8, Some(Reason::Association)), (0, None)] {
+            let mut health = Health::default();
+            for metre in 0..100 {
+                let frame = frame(0.01, 0.01, f64::from(metre));
+                health.frames.note(&FrameEvidence { expected, refused: 2, ..frame });
+            }
+            assert_eq!(health.reason(), reason);
+        }
+    }
+
+    #[test]
+    fn a_covariance_that_failed_is_lost_for_good() {
+        let mut health = Health::default();
+        health.frames.note(&FrameEvidence { resets: 1, ..frame(0.01, 0.01, 1.0) });
+        assert_eq!(health.reason(), Some(Reason::Indefinite));
     }
 }

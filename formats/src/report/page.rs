@@ -35,8 +35,8 @@ fn header(run: &Run) -> String {
         format!("<p class=\"brand\">monorange · {}</p><h1>{}</h1>", escape(&run.title), headline(run));
     let class = match run.verdict {
         Verdict::Consistent => "",
-        Verdict::Unchecked | Verdict::OverConfident => "warn",
-        Verdict::Diverging => "bad",
+        Verdict::Unchecked | Verdict::Doubtful => "warn",
+        Verdict::Lost => "bad",
     };
     let advice = run.subject.advice(run.verdict);
     let innovation = match run.verdict {

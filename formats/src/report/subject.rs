@@ -29,19 +29,22 @@ impl Subject {
             (Verdict::Unchecked, Self::Measurements) => {
                 "No landmark was measured twice: nothing speaks for or against the odometry, which is all there is."
             }
-            (Verdict::OverConfident, Self::FloorCorners) => {
-                "The innovations are larger than the filter expects: raise the noise of odometry or corners in the rig file."
+            (Verdict::Doubtful, Self::FloorCorners) => {
+                "Innovations are larger than the noise explains, the pose is uncertain, or corners are not of the landmarks that \
+                 should be there: raise the noise of odometry or corners in the rig file, and let it see more of what it knows."
             }
-            (Verdict::OverConfident, Self::Measurements) => {
-                "The innovations are larger than the filter expects: raise the noise of the odometry or of the sensor \
-                 (<code>--speed-std</code>, <code>--turn-std</code>, <code>--range-std</code>, <code>--bearing-std</code>)."
+            (Verdict::Doubtful, Self::Measurements) => {
+                "Innovations are larger than the noise explains, the pose is uncertain, or measurements are not of the landmarks \
+                 that should be there: raise the noise of the odometry or of the sensor (<code>--speed-std</code>, \
+                 <code>--turn-std</code>, <code>--range-std</code>, <code>--bearing-std</code>)."
             }
-            (Verdict::Diverging, Self::FloorCorners) => {
-                "Corner after corner lies beyond the gate: the map or the pose is wrong. Check mount and odometry."
+            (Verdict::Lost, Self::FloorCorners) => {
+                "The pose is not known: a turn was not measured, or corner after corner lies beyond the gate. Check mount, odometry \
+                 and light; drive on where the map is well known, or start anew."
             }
-            (Verdict::Diverging, Self::Measurements) => {
-                "Measurement after measurement lies beyond the gate: the map or the pose is wrong. Check the odometry, and \
-                 the names if they were used."
+            (Verdict::Lost, Self::Measurements) => {
+                "The pose is not known: measurement after measurement lies beyond the gate, or the heading is uncertain. Check the \
+                 odometry, and the names if they were used."
             }
         }
     }

@@ -6,6 +6,9 @@ use crate::homography::motion_likelihood::{StepEquations, Track, Trial};
 use crate::homography::planar::{PlanarRig, STEP};
 use nalgebra::{SMatrix, SVector};
 
+/// How much more uncertain a step may be without one of its matches, in variance.
+const LEVERAGE: f64 = 9.0;
+
 impl<T: Real> MotionProblem<'_, T> {
     /// H⁻¹, and the covariance of the parameters.
     ///
@@ -14,7 +17,9 @@ impl<T: Real> MotionProblem<'_, T> {
     /// does to the step tells how much: the change that leaving it out makes, δᵢ = (H − Hᵢ)⁻¹ sᵢ, squared and added up
     /// (the jackknife; for regressions MacKinnon & White 1985). A sum of few squares is itself uncertain: with ν of
     /// them counting (Satterthwaite 1946) the error is Student's, whose variance is ν/(ν − 2) times as large. Four or
-    /// fewer tell too little to replace H⁻¹, and are added to it.
+    /// fewer tell too little to replace H⁻¹, and are added to it. Hᵢ is the mixture's curvature at one match and can be
+    /// anything: where H − Hᵢ is all but singular though the step is well known, its inverse says nothing of the step, and
+    /// the change is taken to the first order, H⁻¹ sᵢ.
     pub(super) fn covariance(
         &self,
         refined: &RefinedStep<T>,
@@ -33,9 +38,15 @@ impl<T: Real> MotionProblem<'_, T> {
         let mut covariance = inverse * prior * inverse;
         let mut squares = SVector::<T, STEP>::zeros();
         for part in trial.parts(tracks) {
-            // A match that the step cannot do without is taken to the first order.
             let rest = constrained(observed - part.information).cholesky();
-            let change = rest.map_or(inverse, |rest| self.freed(rest.inverse())) * part.score;
+            let rest = rest.map(|rest| self.freed(rest.inverse())).filter(|rest| {
+                let most = T::lit(LEVERAGE);
+                rest.diagonal()
+                    .iter()
+                    .zip(inverse.diagonal().iter())
+                    .all(|(rest, whole)| *rest <= *whole * most)
+            });
+            let change = rest.unwrap_or(inverse) * part.score;
             covariance += change * change.transpose();
             let share = (inverse * part.information * inverse).diagonal();
             squares += share.component_mul(&share);

@@ -307,6 +307,19 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         (along(0, landmark.offset) + along(1, landmark.offset + 1)).max(T::zero())
     }
 
+    /// Variance of a landmark's bearing, given how it lies to the robot in the world's directions.
+    pub(in crate::slam) fn bearing_variance(&self, landmark: &Landmark<T>, offset: &Vector2<T>) -> T {
+        let (zero, square) = (T::zero(), offset.norm_squared());
+        let across = Vector2::new(-offset.y, offset.x) / square.max(T::default_epsilon());
+        let row = |x, y| Matrix2::new(x, y, zero, zero);
+        let rows = [
+            Row::new(0, row(-across.x, -across.y)),
+            Row::new(2, row(-T::one(), zero)),
+            Row::new(landmark.offset, row(across.x, across.y)),
+        ];
+        self.cross(&rows).m11
+    }
+
     /// The difference of two measurements made at once, squared and by their noise; `None` where one has no point.
     pub(in crate::slam) fn difference_nis(&self, a: &Measurement<T>, b: &Measurement<T>) -> Option<T> {
         let (a, b) = (self.seed(a).ok()?, self.seed(b).ok()?);

@@ -82,6 +82,8 @@ pub struct Filter<T, S, L> {
     pub(in crate::slam) time: f64,
     /// The pose as predicted, where first-estimates Jacobians are taken.
     pub(in crate::slam) first_pose: [T; 3],
+    /// How often the covariance failed, and the map began anew.
+    pub(super) resets: u32,
     scalar: PhantomData<T>,
 }
 
@@ -153,6 +155,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             size: start,
             time: 0.0,
             first_pose,
+            resets: 0,
             scalar,
         };
         filter.storage.as_mut().fill(T::zero());

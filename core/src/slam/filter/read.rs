@@ -14,6 +14,11 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         self.time
     }
 
+    /// How often the covariance failed, and the map began anew.
+    pub fn resets(&self) -> u32 {
+        self.resets
+    }
+
     /// The robot in the world.
     pub fn pose(&self) -> Pose<T> {
         let [x, y, heading] = self.robot();

@@ -20,6 +20,7 @@ use crate::slam::covariance::Row;
 use crate::slam::covariance::downdate::downdate;
 use crate::slam::covariance::factored;
 use crate::slam::covariance::packed;
+use crate::slam::covariance::triangle::{Triangle, TriangleRef};
 use crate::slam::filter::{BATCH, Covariance, Filter, Parts, ROBOT, Variant, add_steps};
 use crate::slam::landmark::Landmark;
 use crate::slam::models::Linearised;
@@ -28,7 +29,7 @@ use crate::slam::models::arc_rotation;
 use crate::vectors::widest;
 use crate::{Error, Real, Result};
 use core::ops::Range;
-use nalgebra::{Matrix2, Matrix2x4, Vector2};
+use nalgebra::{Matrix2, Matrix2x4, Matrix3, Vector2};
 
 /// A measurement of a landmark that is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -265,8 +266,12 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             }
             Covariance::Factored => factored::innovation(parts.p.view(), measured.rows, [first, second]),
         };
+        let own = match form {
+            Covariance::Packed => with_rounding(&measured.noise, measured.rows, parts.p.view()),
+            Covariance::Factored => measured.noise,
+        };
         let innovation = measured.innovation - product(measured.rows, vectors.delta);
-        let total = from_state + measured.noise;
+        let total = from_state + own;
         let mut outcome = Outcome { innovation, covariance: total, dof: measured.dof, ..Outcome::default() };
         let Some(root) = cholesky(&total) else { return outcome };
         let nis = forward(&root, &innovation).norm_squared();
@@ -274,7 +279,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             return outcome;
         }
         outcome.nis = Some(nis);
-        let mut noise = measured.noise;
+        let mut noise = own;
         if nis > threshold {
             match gate {
                 Gate::Open => {}
@@ -324,6 +329,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         let (parts, landmarks) = self.parts_and_landmarks();
         let Parts { x, rounding, first, work, mut p } = parts;
         let stride = x.len();
+        let predicted = robot_block(&p);
         let mut vectors = Vectors::new(work, stride, size);
         let turn = vectors.delta[2];
         let invariant = variant == Variant::Invariant;
@@ -364,7 +370,37 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             }
         }
         widest((&mut *x, &mut *rounding, &*vectors.delta), add_steps, add_steps);
+        // Rounding, or a number that was none, can leave no covariance. Then the map is worth nothing: the robot stays as
+        // uncertain as it was, and begins a new one.
+        let positive = |at: usize| p.at(at, at) > T::zero() && p.at(at, at).is_finite();
+        let sound = form == Covariance::Factored
+            || robot_block(&p).cholesky().is_some() && (start..size).all(positive);
         Parts { x, rounding, first, work: &mut [], p }.wrap_heading();
+        if !sound {
+            self.begin_anew(&predicted);
+        }
+    }
+
+    /// Empties the map; the robot stays where it is, with this covariance, which nothing else shares.
+    fn begin_anew(&mut self, covariance: &Matrix3<T>) {
+        let (size, start, mount) = (self.size, self.start(), self.config.mount_std);
+        self.resets = self.resets.saturating_add(1);
+        self.count = 0;
+        let mut p = self.parts().p;
+        for row in 0..size {
+            for column in row..size {
+                p.set(row, column, T::zero());
+            }
+        }
+        for row in 0..ROBOT {
+            for column in row..ROBOT {
+                p.set(row, column, covariance[(row, column)]);
+            }
+        }
+        for (at, std) in mount.into_iter().flatten().enumerate() {
+            p.set(ROBOT + at, ROBOT + at, std * std);
+        }
+        self.size = start;
     }
 }
 
@@ -402,6 +438,33 @@ impl<'a, T: Real> Vectors<'a, T> {
         let half = -self.column[2] * T::lit(0.5);
         widest((&mut *self.column, half, &*self.lever), subtract, subtract);
     }
+}
+
+/// The covariance of (x, y, heading).
+fn robot_block<T: Real>(p: &Triangle<'_, T>) -> Matrix3<T> {
+    Matrix3::from_fn(|row, column| p.at(row, column))
+}
+
+/// R with what rounding may have done to H P Hᵀ, where that is not small beside it.
+///
+/// H P Hᵀ of a landmark seen from nearby is the small difference of large numbers, the variances of robot and landmark in the
+/// world, each rounded to ε of itself. Where R is no larger than that, S is what rounding left: it can be far too
+/// small, even negative, and such a measurement takes from P more than there is. In `f32` that begins where the pose is
+/// uncertain by metres and a pixel's noise is a millimetre on the floor.
+fn with_rounding<T: Real>(noise: &Matrix2<T>, rows: &[Row<T>], p: TriangleRef<'_, T>) -> Matrix2<T> {
+    let size = rows.iter().fold(Vector2::zeros(), |sum: Vector2<T>, row| {
+        let (h, [first, second]) = (row.matrix(), [0, 1].map(|at| p.at(row.column + at, row.column + at)));
+        sum + Vector2::new(
+            h.m11 * h.m11 * first + h.m12 * h.m12 * second,
+            h.m21 * h.m21 * first + h.m22 * h.m22 * second,
+        )
+    });
+    let floor = size * (T::default_epsilon() * T::lit(4.0));
+    let matters = |own: T, floor: T| floor * T::lit(16.0) > own;
+    if !(matters(noise.m11, floor.x) || matters(noise.m22, floor.y)) {
+        return *noise;
+    }
+    noise + Matrix2::from_diagonal(&floor)
 }
 
 /// H v.
@@ -531,5 +594,64 @@ mod tests {
             assert!(matches!(refused, Err(Error::OutOfRange { name: "linearised", .. })), "{refused:?}");
         }
         assert_eq!(bits(&filter), before);
+    }
+
+    #[test]
+    fn a_robot_lost_by_metres_that_sees_to_a_tenth_of_a_pixel_keeps_a_covariance() {
+        use crate::geometry::{Camera, Mount, Pose, RangeFinder};
+        use crate::slam::{FilterConfig, Increment, storage_len};
+        use nalgebra::Vector3;
+        let lens = Default::default();
+        let camera = Camera::new(320, 240, [365.0_f32; 2], [160.0, 120.0], 0.0, lens).unwrap();
+        let finder = RangeFinder::new(camera, Mount::new([0.4, 0.2, 0.0, 0.0, 0.0, 0.0]).unwrap());
+        let config = FilterConfig { finder: Some(finder), ..FilterConfig::default() };
+        let storage = std::vec![0.0_f32; storage_len(60)];
+        let landmarks = std::vec![Landmark::default(); 20];
+        let start = Matrix3::identity() * 1e-6;
+        let mut filter = Filter::new(storage, landmarks, Pose::default(), start, config).unwrap();
+        let seen = |at: usize, shift: f32| Measurement::Pixel {
+            pixel: Vector2::new(20.0 + 70.0 * at as f32, 130.0 + 13.0 * at as f32 + shift),
+            covariance: Matrix2::identity() * 0.01,
+        };
+        let walk = Vector3::new(4.0, 30.0, 0.5);
+        let lost = Increment { delta: Vector3::zeros(), covariance: Matrix3::from_diagonal(&walk) };
+        for frame in 0..400_usize {
+            if frame % 100 == 50 {
+                filter.predict(0.0, &lost).unwrap();
+            }
+            let generation = 5 * (frame / 100);
+            for at in 0..5 {
+                let (id, shift) = ((generation + at) as u32, 0.1 * (frame as f32 * (at + 1) as f32).sin());
+                if frame % 100 == 75 || frame == 0 {
+                    let _ = filter.birth(0.0, id, &seen(at, shift)); // those of a former place stay unseen
+                } else if filter.landmark(id).is_some() {
+                    let one = Observation { landmark: id, measurement: seen(at, shift) };
+                    filter.update(&[one], &mut [Outcome::default()]).unwrap();
+                }
+            }
+            assert!(filter.pose_covariance().cholesky().is_some(), "{frame}: {}", filter.pose_covariance());
+        }
+        assert_eq!(filter.resets, 0);
+    }
+
+    #[test]
+    fn a_covariance_that_failed_leaves_the_robot_as_uncertain_as_it_was_with_an_empty_map() {
+        use crate::geometry::Pose;
+        use crate::slam::{FilterConfig, storage_len};
+        let (storage, landmarks) = (std::vec![0.0; storage_len(9)], std::vec![Landmark::default(); 3]);
+        let start = Matrix3::identity() * 0.04;
+        let mut filter =
+            Filter::new(storage, landmarks, Pose::default(), start, FilterConfig::default()).unwrap();
+        for (id, range) in [(0, 2.0), (1, 3.0)] {
+            filter.birth(0.0, id, &Measurement::range_bearing(range, 0.3, 0.01, 0.01)).unwrap();
+        }
+        let before = filter.pose_covariance();
+        filter.parts().p.set(5, 5, -1.0);
+        let sighting =
+            Observation { landmark: 0, measurement: Measurement::range_bearing(2.0, 0.3, 0.01, 0.01) };
+        filter.update(&[sighting], &mut [Outcome::default()]).unwrap();
+        assert_eq!((filter.resets, filter.landmarks().len(), filter.states().0), (1, 0, 3));
+        assert!((filter.pose_covariance() - before).amax() < 1e-12);
+        filter.birth(0.0, 2, &Measurement::range_bearing(2.0, 0.3, 0.01, 0.01)).unwrap();
     }
 }

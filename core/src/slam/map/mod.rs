@@ -25,8 +25,8 @@ pub(crate) use config::{MAP, MAP_REFERENCES};
 
 use crate::slam::filter::Filter;
 use crate::slam::filter::{Decision, Outcome};
-use crate::slam::health::Health;
-use crate::slam::landmark::Landmark;
+use crate::slam::health::{FrameEvidence, Health};
+use crate::slam::landmark::{Landmark, Status};
 use crate::{Error, Real, Result};
 
 /// The filter with its map's upkeep: measurements without names in, decisions out.
@@ -119,8 +119,24 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             }
             report.inflated += u32::from(outcome.inflation > T::one());
         }
+        self.health.frames.note(&self.evidence(&report));
         self.keep_up(outcomes, &mut report);
         Ok(report)
+    }
+
+    fn evidence(&self, report: &MapReport) -> FrameEvidence<T> {
+        let (pose, covariance) = (self.filter.pose(), self.filter.pose_covariance());
+        let confirmed = |landmark: &&Landmark<T>| landmark.in_view && landmark.status == Status::Confirmed;
+        FrameEvidence {
+            position: [pose.x, pose.y],
+            position_variance: covariance.m11 + covariance.m22,
+            heading_variance: covariance.m33,
+            resets: self.filter.resets(),
+            expected: self.filter.landmarks().iter().filter(confirmed).count() as u32,
+            updates: report.updates,
+            refused: report.gated + report.ambiguous,
+            births: report.births,
+        }
     }
 
     fn threshold(&self, dof: usize) -> T {

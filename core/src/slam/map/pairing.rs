@@ -12,6 +12,10 @@ use crate::slam::filter::update::{Decision, Outcome, Pending};
 use crate::slam::landmark::{Form, Landmark, Status};
 use crate::slam::models::Linearised;
 use crate::slam::models::Measurement;
+use crate::slam::models::linearise::Relative;
+
+/// Standard deviation of a bearing, rad, above which a turn is not linear: its cosine is off by 5 %.
+const LARGEST_TURN: f64 = 0.35;
 
 /// n ln 2π + 2 ln(λ |∂l/∂z|): what the cost of a pair has beside νᵀS⁻¹ν + ln|S|.
 fn offset<T: Real>(linear: &Linearised<T>, form: Form, density: T) -> T {
@@ -181,7 +185,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                 let relative = self.filter.relative_variance(landmark);
                 point.is_some_and(|point| near.excludes(&point, relative, self.config.birth_nis))
             };
-            if !named && nearby.as_ref().is_some_and(far) {
+            if !named && nearby.as_ref().is_some_and(far) || self.is_beyond_first_order(landmark, &now) {
                 continue;
             }
             let Some(linear) = self.filter.linearise(landmark, heading, &feature.measurement, finder) else {
@@ -214,6 +218,16 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                 report.candidates_dropped += u32::from(candidates.push(pair).is_err());
             }
         }
+    }
+
+    /// Whether the heading is so uncertain, and the landmark with it as the robot sees it, that no Jacobian tells where it may
+    /// be: what such a pair would do to state and covariance means nothing. A landmark that was born under this heading
+    /// turns with the robot and is none of them.
+    fn is_beyond_first_order(&self, landmark: &Landmark<T>, now: &Relative<T>) -> bool {
+        let most = T::lit(LARGEST_TURN * LARGEST_TURN);
+        landmark.form == Form::Point
+            && self.filter.covariance_at(2, 2) > most
+            && self.filter.bearing_variance(landmark, &now.offset) > most
     }
 
     fn match_nis(&self, dof: usize) -> T {

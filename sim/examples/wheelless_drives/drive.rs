@@ -1,0 +1,234 @@
+//! Seeded drives without wheels: mixed scenes, walkers and contrast, and whether the verdict tells the truth about them.
+use monorange_core::Result;
+use monorange_core::features::{Detector, Features};
+use monorange_core::geometry::{Camera, Distortion, Mount, Pose, RangeFinder, wrap_angle};
+use monorange_core::image::Grey;
+use monorange_core::lines::Corner;
+use monorange_core::pipeline::{Config, Memory, OnHeap, Pipeline, VisualConfig, VisualMotion};
+use monorange_core::slam::Verdict;
+use monorange_sim::{MOUNT_STD, Random, Scene, SceneConfig, SimConfig, Simulation, Stream, default_rig};
+use nalgebra::{Matrix3, Vector3};
+
+/// Pictures of a drive.
+pub(crate) const FRAMES: usize = 250;
+
+/// Of the pictures, against Table 1's.
+const SCALE: f64 = 0.75;
+
+/// What a drive's pictures show, so that it can be gone through again and again.
+#[derive(Clone, Debug)]
+pub(crate) struct Recording {
+    /// Scene, walkers and contrast in words.
+    pub(crate) title: String,
+    /// The camera as its owner measured its mount.
+    pub(crate) finder: RangeFinder<f32>,
+    /// Picture by picture.
+    pub(crate) frames: Vec<Seen>,
+}
+
+/// What one picture shows.
+#[derive(Clone, Debug)]
+pub(crate) struct Seen {
+    /// Seconds.
+    pub(crate) time: f64,
+    /// The robot's true pose.
+    pub(crate) truth: Pose<f64>,
+    /// For the motion.
+    pub(crate) features: Features,
+    /// Floor corners.
+    pub(crate) corners: Vec<Corner>,
+}
+
+/// The rig in the pipeline's precision.
+fn single_precision(finder: &RangeFinder<f64>) -> Result<RangeFinder<f32>> {
+    let (camera, lens) = (finder.camera(), finder.camera().distortion());
+    let [k1, k2, p1, p2, k3] = [lens.k1, lens.k2, lens.p1, lens.p2, lens.k3].map(|k| k as f32);
+    let (focal, principal) = (camera.focal().map(|f| f as f32), camera.principal().map(|c| c as f32));
+    let lens = Distortion { k1, k2, p1, p2, k3 };
+    let camera = Camera::new(
+        camera.width(),
+        camera.height(),
+        focal.into(),
+        principal.into(),
+        camera.skew() as f32,
+        lens,
+    )?;
+    Ok(RangeFinder::new(camera, Mount::new(finder.mount().parameters().map(|p| p as f32))?))
+}
+
+/// Table 1's camera with three quarters of its pixels a side, on a mount that is off by what its owner's care leaves.
+fn rigs(random: &mut Random) -> Result<[RangeFinder<f64>; 2]> {
+    let full = default_rig()?;
+    let camera = full.camera();
+    let principal = camera.principal().map(|centre| (centre + 0.5) * SCALE - 0.5);
+    let (focal, skew) = (camera.focal() * SCALE, camera.skew() * SCALE);
+    let camera = Camera::new(240, 180, focal.into(), principal.into(), skew, camera.distortion())?;
+    let nominal = full.mount().parameters();
+    // Uniform with the standard deviation that is told.
+    let true_mount = core::array::from_fn(|at| nominal[at] + MOUNT_STD[at] * random.within(-1.7, 1.7));
+    Ok([RangeFinder::new(camera, Mount::new(nominal)?), RangeFinder::new(camera, Mount::new(true_mount)?)])
+}
+
+/// The drive that the seed chooses.
+///
+/// # Errors
+/// None in practice: all settings lie within what the simulator takes.
+pub(crate) fn record(seed: u64) -> Result<Recording> {
+    let mut random = Random::new(seed, Stream::Experiment(18));
+    let [nominal, rig] = rigs(&mut random)?;
+    let scene_config = SceneConfig {
+        seed,
+        texture: random.within(0.4, 1.2),
+        posters: random.unit() < 0.7,
+        ..SceneConfig::default()
+    };
+    let office = random.unit() < 0.5;
+    let scene = if office { Scene::office(&scene_config) } else { Scene::corridor(&scene_config) };
+    let walkers = random.within(0.0, 13.0) as usize;
+    let speed = random.within(0.15, 0.4);
+    let contrast = if random.unit() < 0.6 { 1.0 } else { random.within(0.25, 1.0) };
+    let flicker = if random.unit() < 0.7 { 0.0 } else { 0.2 };
+    let settings = SimConfig { seed, frames: FRAMES, walkers, speed, ..SimConfig::default() };
+    let simulation = Simulation::new(scene, rig, settings)?;
+    let finder = single_precision(&nominal)?;
+    let (width, height) = (finder.camera().width(), finder.camera().height());
+    let mut detector = Detector::new(VisualConfig::default().features)?;
+    let mut eyes = Pipeline::<OnHeap>::new(Config::new(finder), Memory::on_heap(width, height, 1))?;
+    let mut pixels = vec![0; width * height];
+    let mut frames = Vec::with_capacity(FRAMES);
+    for frame in 0..FRAMES {
+        simulation.render(frame, &mut pixels)?;
+        let (gain, shift) =
+            (contrast * (1.0 + random.within(-flicker, flicker)), 100.0 * flicker * random.within(-1.0, 1.0));
+        if contrast < 1.0 || flicker > 0.0 {
+            for pixel in &mut pixels {
+                *pixel = (128.0 + gain * (f64::from(*pixel) - 128.0) + shift).round().clamp(0.0, 255.0) as u8;
+            }
+        }
+        let picture = Grey::new(&pixels, width, height)?;
+        eyes.begin();
+        picture.rows().try_for_each(|row| eyes.push_row(row))?;
+        frames.push(Seen {
+            time: simulation.time(frame),
+            truth: simulation.true_pose(frame),
+            features: detector.detect(picture)?,
+            corners: eyes.extraction()?.corners.to_vec(),
+        });
+    }
+    let name = simulation.scene().name();
+    let title =
+        format!("{seed} {name} {walkers} walkers, {speed:.2} m/s, contrast {contrast:.2} ± {flicker}");
+    Ok(Recording { title, finder, frames })
+}
+
+/// How a drive went, and what the filter said of it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Judged {
+    /// Length of the way, m.
+    pub(crate) path: f64,
+    /// Distance from the true position at the end, m.
+    pub(crate) end_error: f64,
+    /// Mean NEES of the pose over 3; infinite where a covariance is not positive definite.
+    pub(crate) nees: f64,
+    /// Share of poses of whose three errors all are within 3σ; one that cannot be judged is not.
+    pub(crate) within_3_sigma: f64,
+    /// Poses whose covariance is not positive definite.
+    pub(crate) indefinite: usize,
+    /// Pictures whose motion was not measured.
+    pub(crate) unmeasured: usize,
+    /// The largest standard deviation of the heading, rad.
+    pub(crate) heading_std: f64,
+    /// At the end of the drive.
+    pub(crate) verdict: Verdict,
+    /// Why.
+    pub(crate) why: String,
+}
+
+impl Judged {
+    /// Whether nobody should believe the run.
+    pub(crate) fn is_wrong(&self) -> bool {
+        !(self.nees <= 5.0 && self.end_error <= 0.05 * self.path)
+    }
+
+    /// Whether everybody can.
+    pub(crate) fn is_right(&self) -> bool {
+        self.nees < 2.0 && !self.is_wrong()
+    }
+}
+
+/// Pictures after which the pose's covariance is regular.
+const SETTLED: usize = 10;
+
+/// Goes through a recording without wheels.
+///
+/// # Errors
+/// What the pipeline refuses.
+pub(crate) fn judge(recording: &Recording) -> Result<Judged> {
+    let mut config = Config::new(recording.finder);
+    config.mount_std = core::array::from_fn(|at| MOUNT_STD[at] as f32);
+    let camera = recording.finder.camera();
+    let mut pipeline =
+        Pipeline::<OnHeap>::new(config, Memory::on_heap(camera.width(), camera.height(), 512))?;
+    let mut visual = VisualMotion::new(VisualConfig::default())?;
+    let mut judged = Judged::default();
+    let (mut inside, mut sum) = (0usize, 0.0);
+    let Some(world_from_start) = recording.frames.first().map(|frame| frame.truth) else { return Ok(judged) };
+    let mut before = world_from_start;
+    for (index, frame) in recording.frames.iter().enumerate() {
+        let step = visual.follow(&pipeline.finder(), frame.time, None, frame.features.clone())?;
+        if let Some(step) = &step {
+            judged.unmeasured += usize::from(!step.measured);
+            pipeline.motion_seen(frame.time, step)?;
+        }
+        let report = pipeline.observe(frame.time, &frame.corners)?;
+        let truth = world_from_start.inverse().compose(&frame.truth);
+        judged.path += (frame.truth.position() - before.position()).norm();
+        before = frame.truth;
+        let error = Vector3::new(
+            f64::from(report.pose.x) - truth.x,
+            f64::from(report.pose.y) - truth.y,
+            wrap_angle(f64::from(report.pose.heading) - truth.heading),
+        );
+        judged.end_error = error.xy().norm();
+        let covariance: Matrix3<f64> = report.pose_covariance.cast();
+        judged.heading_std = judged.heading_std.max(covariance.m33.max(0.0).sqrt());
+        if index < SETTLED {
+            inside += 1;
+            continue;
+        }
+        let mut real = covariance;
+        real.fill_upper_triangle_with_lower_triangle();
+        match real.cholesky() {
+            Some(_) => {
+                let nees = pipeline.filter().pose_nees(&Pose::new(
+                    truth.x as f32,
+                    truth.y as f32,
+                    truth.heading as f32,
+                ));
+                sum += nees.map_or(f64::INFINITY, f64::from);
+                let within = |axis: usize| error[axis].abs() <= 3.0 * covariance[(axis, axis)].sqrt();
+                inside += usize::from((0..3).all(within));
+            }
+            None => {
+                judged.indefinite += 1;
+                sum = f64::INFINITY;
+            }
+        }
+    }
+    let frames = recording.frames.len();
+    judged.nees = sum / 3.0 / (frames - SETTLED.min(frames)).max(1) as f64;
+    judged.within_3_sigma = inside as f64 / frames as f64;
+    judged.verdict = pipeline.health().verdict();
+    let health = pipeline.health();
+    let frames = &health.frames;
+    judged.why = format!(
+        "NIS {:.2} beyond {}/{} σ_p {:.3} of the path, strangers {:.2?} {:?}",
+        health.mean_nis(),
+        health.beyond_gate,
+        health.measurements,
+        frames.last.map_or(0.0, |frame| frame.position_variance.sqrt()) / frames.path,
+        frames.strangers(),
+        health.reason()
+    );
+    Ok(judged)
+}
