@@ -1,7 +1,7 @@
 //! Seeded drives without wheels: mixed scenes, walkers and contrast, and whether the verdict tells the truth about them.
 use monorange_core::Result;
 use monorange_core::features::{Detector, Features};
-use monorange_core::geometry::{Camera, Distortion, Mount, Pose, RangeFinder, wrap_angle};
+use monorange_core::geometry::{Camera, Mount, Pose, RangeFinder, wrap_angle};
 use monorange_core::image::Grey;
 use monorange_core::lines::Corner;
 use monorange_core::pipeline::{Config, Memory, OnHeap, Pipeline, VisualConfig, VisualMotion};
@@ -39,30 +39,13 @@ pub(crate) struct Seen {
     pub(crate) corners: Vec<Corner>,
 }
 
-/// The rig in the pipeline's precision.
-fn single_precision(finder: &RangeFinder<f64>) -> Result<RangeFinder<f32>> {
-    let (camera, lens) = (finder.camera(), finder.camera().distortion());
-    let [k1, k2, p1, p2, k3] = [lens.k1, lens.k2, lens.p1, lens.p2, lens.k3].map(|k| k as f32);
-    let (focal, principal) = (camera.focal().map(|f| f as f32), camera.principal().map(|c| c as f32));
-    let lens = Distortion { k1, k2, p1, p2, k3 };
-    let camera = Camera::new(
-        camera.width(),
-        camera.height(),
-        focal.into(),
-        principal.into(),
-        camera.skew() as f32,
-        lens,
-    )?;
-    Ok(RangeFinder::new(camera, Mount::new(finder.mount().parameters().map(|p| p as f32))?))
-}
-
 /// Table 1's camera with three quarters of its pixels a side, on a mount that is off by what its owner's care leaves.
 fn rigs(random: &mut Random) -> Result<[RangeFinder<f64>; 2]> {
     let full = default_rig()?;
     let camera = full.camera();
     let principal = camera.principal().map(|centre| (centre + 0.5) * SCALE - 0.5);
     let (focal, skew) = (camera.focal() * SCALE, camera.skew() * SCALE);
-    let camera = Camera::new(240, 180, focal.into(), principal.into(), skew, camera.distortion())?;
+    let camera = Camera::with_lens(240, 180, focal.into(), principal.into(), skew, *camera.lens())?;
     let nominal = full.mount().parameters();
     // Uniform with the standard deviation that is told.
     let true_mount = core::array::from_fn(|at| nominal[at] + MOUNT_STD[at] * random.within(-1.7, 1.7));
@@ -90,7 +73,7 @@ pub(crate) fn record(seed: u64) -> Result<Recording> {
     let flicker = if random.unit() < 0.7 { 0.0 } else { 0.2 };
     let settings = SimConfig { seed, frames: FRAMES, walkers, speed, ..SimConfig::default() };
     let simulation = Simulation::new(scene, rig, settings)?;
-    let finder = single_precision(&nominal)?;
+    let finder = nominal.cast()?;
     let (width, height) = (finder.camera().width(), finder.camera().height());
     let mut detector = Detector::new(VisualConfig::default().features)?;
     let mut eyes = Pipeline::<OnHeap>::new(Config::new(finder), Memory::on_heap(width, height, 1))?;
