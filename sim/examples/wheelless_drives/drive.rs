@@ -1,10 +1,8 @@
 //! Seeded drives without wheels: mixed scenes, walkers and contrast, and whether the verdict tells the truth about them.
 use monorange_core::Result;
-use monorange_core::features::{Detector, Features};
 use monorange_core::geometry::{Camera, Mount, Pose, RangeFinder, wrap_angle};
 use monorange_core::image::Grey;
-use monorange_core::lines::Corner;
-use monorange_core::pipeline::{Config, Memory, OnHeap, Pipeline, VisualConfig, VisualMotion};
+use monorange_core::pipeline::{Config, Memory, MotionFrom, MovedBy, OnHeap, Pipeline};
 use monorange_core::slam::Verdict;
 use monorange_sim::{MOUNT_STD, Random, Scene, SceneConfig, SimConfig, Simulation, Stream, default_rig};
 use nalgebra::{Matrix3, Vector3};
@@ -15,28 +13,15 @@ pub(crate) const FRAMES: usize = 250;
 /// Of the pictures, against Table 1's.
 const SCALE: f64 = 0.75;
 
-/// What a drive's pictures show, so that it can be gone through again and again.
-#[derive(Clone, Debug)]
-pub(crate) struct Recording {
+/// A drive and how its pictures are spoilt.
+pub(crate) struct Course {
     /// Scene, walkers and contrast in words.
     pub(crate) title: String,
     /// The camera as its owner measured its mount.
-    pub(crate) finder: RangeFinder<f32>,
-    /// Picture by picture.
-    pub(crate) frames: Vec<Seen>,
-}
-
-/// What one picture shows.
-#[derive(Clone, Debug)]
-pub(crate) struct Seen {
-    /// Seconds.
-    pub(crate) time: f64,
-    /// The robot's true pose.
-    pub(crate) truth: Pose<f64>,
-    /// For the motion.
-    pub(crate) features: Features,
-    /// Floor corners.
-    pub(crate) corners: Vec<Corner>,
+    finder: RangeFinder<f32>,
+    simulation: Simulation,
+    contrast: f64,
+    flicker: f64,
 }
 
 /// Table 1's camera with three quarters of its pixels a side, on a mount that is off by what its owner's care leaves.
@@ -56,7 +41,7 @@ fn rigs(random: &mut Random) -> Result<[RangeFinder<f64>; 2]> {
 ///
 /// # Errors
 /// None in practice: all settings lie within what the simulator takes.
-pub(crate) fn record(seed: u64) -> Result<Recording> {
+pub(crate) fn course(seed: u64) -> Result<Course> {
     let mut random = Random::new(seed, Stream::Experiment(18));
     let [nominal, rig] = rigs(&mut random)?;
     let scene_config = SceneConfig {
@@ -73,35 +58,27 @@ pub(crate) fn record(seed: u64) -> Result<Recording> {
     let flicker = if random.unit() < 0.7 { 0.0 } else { 0.2 };
     let settings = SimConfig { seed, frames: FRAMES, walkers, speed, ..SimConfig::default() };
     let simulation = Simulation::new(scene, rig, settings)?;
-    let finder = nominal.cast()?;
-    let (width, height) = (finder.camera().width(), finder.camera().height());
-    let mut detector = Detector::new(VisualConfig::default().features)?;
-    let mut eyes = Pipeline::<OnHeap>::new(Config::new(finder), Memory::on_heap(width, height, 1))?;
-    let mut pixels = vec![0; width * height];
-    let mut frames = Vec::with_capacity(FRAMES);
-    for frame in 0..FRAMES {
-        simulation.render(frame, &mut pixels)?;
-        let (gain, shift) =
-            (contrast * (1.0 + random.within(-flicker, flicker)), 100.0 * flicker * random.within(-1.0, 1.0));
-        if contrast < 1.0 || flicker > 0.0 {
-            for pixel in &mut pixels {
-                *pixel = (128.0 + gain * (f64::from(*pixel) - 128.0) + shift).round().clamp(0.0, 255.0) as u8;
-            }
-        }
-        let picture = Grey::new(&pixels, width, height)?;
-        eyes.begin();
-        picture.rows().try_for_each(|row| eyes.push_row(row))?;
-        frames.push(Seen {
-            time: simulation.time(frame),
-            truth: simulation.true_pose(frame),
-            features: detector.detect(picture)?,
-            corners: eyes.extraction()?.corners.to_vec(),
-        });
-    }
     let name = simulation.scene().name();
     let title =
-        format!("{seed} {name} {walkers} walkers, {speed:.2} m/s, contrast {contrast:.2} ± {flicker}");
-    Ok(Recording { title, finder, frames })
+        format!("{seed} {name}, {walkers} walkers, {speed:.2} m/s, contrast {contrast:.2} ± {flicker}");
+    Ok(Course { title, finder: nominal.cast()?, simulation, contrast, flicker })
+}
+
+impl Course {
+    /// Draws a picture with its contrast, and with a lamp that flickers.
+    fn render(&self, frame: usize, random: &mut Random, pixels: &mut [u8]) -> Result<()> {
+        self.simulation.render(frame, pixels)?;
+        let Self { contrast, flicker, .. } = *self;
+        let gain = contrast * (1.0 + random.within(-flicker, flicker));
+        let shift = 100.0 * flicker * random.within(-1.0, 1.0);
+        if contrast < 1.0 || flicker > 0.0 {
+            for pixel in pixels {
+                let grey = 128.0 + gain * (f64::from(*pixel) - 128.0) + shift;
+                *pixel = grey.round().clamp(0.0, 255.0) as u8;
+            }
+        }
+        Ok(())
+    }
 }
 
 /// How a drive went, and what the filter said of it.
@@ -142,31 +119,31 @@ impl Judged {
 /// Pictures after which the pose's covariance is regular.
 const SETTLED: usize = 10;
 
-/// Goes through a recording without wheels.
+/// Goes through a drive without wheels.
 ///
 /// # Errors
-/// What the pipeline refuses.
-pub(crate) fn judge(recording: &Recording) -> Result<Judged> {
-    let mut config = Config::new(recording.finder);
+/// What the pipeline or the simulator refuses.
+pub(crate) fn judge(course: &Course) -> Result<Judged> {
+    let Course { finder, simulation, .. } = course;
+    let mut config = Config::new(*finder);
+    config.motion_from = MotionFrom::Pictures;
     config.mount_std = core::array::from_fn(|at| MOUNT_STD[at] as f32);
-    let camera = recording.finder.camera();
-    let mut pipeline =
-        Pipeline::<OnHeap>::new(config, Memory::on_heap(camera.width(), camera.height(), 512))?;
-    let mut visual = VisualMotion::new(VisualConfig::default())?;
+    let (width, height) = (finder.camera().width(), finder.camera().height());
+    let mut pipeline = Pipeline::<OnHeap>::new(config, Memory::on_heap(width, height, 512))?;
+    let mut random = Random::new(simulation.config().seed, Stream::Experiment(19));
+    let mut pixels = vec![0; width * height];
     let mut judged = Judged::default();
     let (mut inside, mut sum) = (0usize, 0.0);
-    let Some(world_from_start) = recording.frames.first().map(|frame| frame.truth) else { return Ok(judged) };
+    let world_from_start = simulation.true_pose(0);
     let mut before = world_from_start;
-    for (index, frame) in recording.frames.iter().enumerate() {
-        let step = visual.follow(&pipeline.finder(), frame.time, None, frame.features.clone())?;
-        if let Some(step) = &step {
-            judged.unmeasured += usize::from(!step.measured);
-            pipeline.motion_seen(frame.time, step)?;
-        }
-        let report = pipeline.observe(frame.time, &frame.corners)?;
-        let truth = world_from_start.inverse().compose(&frame.truth);
-        judged.path += (frame.truth.position() - before.position()).norm();
-        before = frame.truth;
+    for index in 0..FRAMES {
+        course.render(index, &mut random, &mut pixels)?;
+        let report = pipeline.step(simulation.time(index), Grey::new(&pixels, width, height)?)?;
+        judged.unmeasured += usize::from(report.moved_by == MovedBy::Held);
+        let true_pose = simulation.true_pose(index);
+        let truth = world_from_start.inverse().compose(&true_pose);
+        judged.path += (true_pose.position() - before.position()).norm();
+        before = true_pose;
         let error = Vector3::new(
             f64::from(report.pose.x) - truth.x,
             f64::from(report.pose.y) - truth.y,
@@ -198,9 +175,8 @@ pub(crate) fn judge(recording: &Recording) -> Result<Judged> {
             }
         }
     }
-    let frames = recording.frames.len();
-    judged.nees = sum / 3.0 / (frames - SETTLED.min(frames)).max(1) as f64;
-    judged.within_3_sigma = inside as f64 / frames as f64;
+    judged.nees = sum / 3.0 / (FRAMES - SETTLED) as f64;
+    judged.within_3_sigma = inside as f64 / FRAMES as f64;
     judged.verdict = pipeline.health().verdict();
     let health = pipeline.health();
     let frames = &health.frames;

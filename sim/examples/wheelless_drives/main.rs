@@ -2,7 +2,7 @@
 //! `cargo run --release -p monorange-sim --example wheelless_drives -- 1 200`, a line a drive, then the sums. A run is wrong
 //! where its mean NEES/3 exceeds 5 or its end is off by more than 5 % of the path, and right where it is not wrong and NEES/3 is
 //! below 2. Two hundred drives take a quarter of an hour.
-use drive::{judge, record};
+use drive::{course, judge};
 use std::error::Error;
 
 mod drive;
@@ -12,12 +12,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let number = |at: usize, default| words.get(at).and_then(|word| word.parse().ok()).unwrap_or(default);
     let (mut all, mut indefinite, mut wrong, mut right) = (0, 0, [0; 2], [0; 2]);
     for seed in number(0, 1)..=number(1, 200) {
-        let recording = record(seed)?;
-        let judged = judge(&recording)?;
+        let course = course(seed)?;
+        let judged = judge(&course)?;
         let consistent = judged.verdict == monorange_core::slam::Verdict::Consistent;
         println!(
             "{}: {:.1} m, end {:.2} m {:.2} %, NEES/3 {:.2}, in 3σ {:.1} %, {} indefinite, {} not measured, σ of heading up to {:.2}; {}: {}",
-            recording.title,
+            course.title,
             judged.path,
             judged.end_error,
             100.0 * judged.end_error / judged.path,
