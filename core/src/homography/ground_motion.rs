@@ -414,9 +414,6 @@ impl<'a, T: Real> MotionProblem<'a, T> {
         }
         let pose_by_step = step.pose_by_step();
         let arc_covariance = Matrix2::new(covariance.m11, covariance.m13, covariance.m31, covariance.m33);
-        if self.prior.is_some_and(|(_, information)| knows_less(&arc_covariance, &information)) {
-            return Err(NoMotion::Degenerate);
-        }
         let view = self.rig.view(step);
         let by_step = view.homography_by_step();
         let floor_homography = Homography::new(view.homography(), by_step * covariance * by_step.transpose())
@@ -434,14 +431,6 @@ impl<'a, T: Real> MotionProblem<'a, T> {
             samples,
         })
     }
-}
-
-/// Whether an arc is less certain by far than what was known of it beforehand: then the matches contradict each other. Twice
-/// the deviation is what a few of them may leave.
-fn knows_less<T: Real>(arc: &Matrix2<T>, information: &Matrix2<T>) -> bool {
-    let Some(prior) = information.try_inverse() else { return false };
-    let most = T::lit(4.0);
-    arc.m11 > most * prior.m11 || arc.m22 > most * prior.m22
 }
 
 /// The arc that carries a floor point seen at `before` to where it is seen at `after`, both in the robot's frame:

@@ -189,6 +189,11 @@ impl<T: Real> VisualOdometry<T> {
             None => held.map(|step| self.prior_since_keyframe(&step)),
         };
         let motion = ground_motion(&config.motion, finder, matches, prior.as_ref(), tracks);
+        let known = odometry.and(prior.as_ref());
+        let motion = motion.and_then(|motion| match known {
+            Some(wheels) if knows_less(&motion, wheels) => Err(NoMotion::Degenerate),
+            _ => Ok(motion),
+        });
         let (increment, mut increment_covariance, increment_by_mount) = match &motion {
             Ok(motion) => self.follow(motion, dt),
             Err(_) => self.coast(config, odometry, dt),
@@ -300,6 +305,13 @@ impl<T: Real> VisualOdometry<T> {
         let gained = Matrix2::from_diagonal(&(blind.variance - before));
         MotionPrior { arc: velocity * dt, covariance: gained }
     }
+}
+
+/// Whether pictures and wheels together know an arc less by far than the wheels alone: then the matches contradict each other.
+/// Twice the deviation is what a few of them may leave. A velocity that is held is a guess, and no such judge.
+fn knows_less<T: Real>(motion: &GroundMotion<T>, wheels: &MotionPrior<T>) -> bool {
+    let most = wheels.covariance * T::lit(4.0);
+    motion.arc_covariance.m11 > most.m11 || motion.arc_covariance.m22 > most.m22
 }
 
 fn disagreement<T: Real>(wheels: &MotionPrior<T>, motion: &GroundMotion<T>) -> Disagreement<T> {

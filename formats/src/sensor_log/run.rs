@@ -235,7 +235,10 @@ impl Run<'_> {
             self.health.note(&outcome, thresholds[outcome.dof.clamp(1, 2) - 1]);
         }
         for Observation { landmark, .. } in known {
-            self.map.filter_mut().convert(landmark).map_err(Error::new)?; // a bearing's landmark, once it is a point
+            // A bearing's landmark, once it is a point; where the covariance failed there is none left.
+            if self.map.filter().landmark(landmark).is_some() {
+                self.map.filter_mut().convert(landmark).map_err(Error::new)?;
+            }
         }
         let filter = self.map.filter();
         let fresh: Vec<_> = seen

@@ -372,9 +372,9 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         widest((&mut *x, &mut *rounding, &*vectors.delta), add_steps, add_steps);
         // Rounding, or a number that was none, can leave no covariance. Then the map is worth nothing: the robot stays as
         // uncertain as it was, and begins a new one.
-        let positive = |at: usize| p.at(at, at) > T::zero() && p.at(at, at).is_finite();
-        let sound = form == Covariance::Factored
-            || robot_block(&p).cholesky().is_some() && (start..size).all(positive);
+        let variance = |at: usize| p.at(at, at) >= T::zero() && p.at(at, at).is_finite();
+        let sound =
+            form == Covariance::Factored || (start..size).all(variance) && is_covariance(&robot_block(&p));
         Parts { x, rounding, first, work: &mut [], p }.wrap_heading();
         if !sound {
             self.begin_anew(&predicted);
@@ -392,9 +392,14 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                 p.set(row, column, T::zero());
             }
         }
+        // A frame of many measurements goes through in parts, and an earlier part may have been what failed.
+        let sound = is_covariance(covariance);
         for row in 0..ROBOT {
             for column in row..ROBOT {
-                p.set(row, column, covariance[(row, column)]);
+                let value = covariance[(row, column)];
+                let kept = if sound || row == column { value } else { T::zero() };
+                let kept = if row == column { kept.abs() } else { kept };
+                p.set(row, column, if kept.is_finite() { kept } else { T::one() });
             }
         }
         for (at, std) in mount.into_iter().flatten().enumerate() {
@@ -443,6 +448,26 @@ impl<'a, T: Real> Vectors<'a, T> {
 /// The covariance of (x, y, heading).
 fn robot_block<T: Real>(p: &Triangle<'_, T>) -> Matrix3<T> {
     Matrix3::from_fn(|row, column| p.at(row, column))
+}
+
+/// How far below 0 rounding may leave the determinant of correlations.
+const ROUNDED: f64 = 1e-3;
+
+/// Whether a matrix can be a covariance but for rounding. A pose that is known by definition has none, and the first step's two
+/// errors leave one of its three directions to rounding: Cholesky's factors are asked for too much there.
+fn is_covariance<T: Real>(p: &Matrix3<T>) -> bool {
+    let least = -T::lit(ROUNDED);
+    let correlation = |a: usize, b: usize| {
+        let square = p[(a, a)] * p[(b, b)];
+        if square > T::zero() { p[(a, b)] / square.sqrt() } else { T::zero() }
+    };
+    let [xy, xh, yh] = [correlation(0, 1), correlation(0, 2), correlation(1, 2)];
+    let minor = |r: T| T::one() - r * r >= least;
+    let whole = T::one() + T::lit(2.0) * xy * xh * yh - xy * xy - xh * xh - yh * yh;
+    p.iter().all(|value| value.is_finite())
+        && p.diagonal().iter().all(|variance| *variance >= T::zero())
+        && [xy, xh, yh].into_iter().all(minor)
+        && whole >= least
 }
 
 /// R with what rounding may have done to H P Hᵀ, where that is not small beside it.

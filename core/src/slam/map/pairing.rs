@@ -185,7 +185,11 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                 let relative = self.filter.relative_variance(landmark);
                 point.is_some_and(|point| near.excludes(&point, relative, self.config.birth_nis))
             };
-            if !named && nearby.as_ref().is_some_and(far) || self.is_beyond_first_order(landmark, &now) {
+            // A bearing is linear in the heading however far it turns, and the filter takes the lever in full; a pixel is not.
+            let pixel = matches!(feature.measurement, Measurement::Pixel { .. });
+            if !named && nearby.as_ref().is_some_and(far)
+                || pixel && self.is_beyond_first_order(landmark, &now)
+            {
                 continue;
             }
             let Some(linear) = self.filter.linearise(landmark, heading, &feature.measurement, finder) else {
