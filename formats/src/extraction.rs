@@ -1,8 +1,6 @@
 //! The core's floor-corner extractors, with memory from the heap.
 use crate::{Error, Result, files::Rig};
 use monorange_core::lines::{EdgePoint, Extractor, mask_words, point_count, row_words};
-#[cfg(feature = "proposals")]
-use monorange_core::proposals;
 
 /// An extractor that owns its memory.
 pub type HeapExtractor = Extractor<Vec<u16>, Vec<u32>, Vec<EdgePoint>>;
@@ -22,28 +20,6 @@ pub fn extractor(rig: &Rig) -> Result<HeapExtractor> {
         vec![0; row_words(width, height)],
         vec![0; mask_words(width)],
         vec![EdgePoint::default(); points],
-    )
-    .map_err(Error::new)
-}
-
-/// An extractor of proposals that owns its memory.
-#[cfg(feature = "proposals")]
-pub type HeapProposalExtractor = proposals::Extractor<Vec<u16>, Vec<u32>, Vec<proposals::EdgePoint>>;
-
-/// An extractor of proposals for the rig's pictures.
-///
-/// # Errors
-/// When a setting is out of its range.
-#[cfg(feature = "proposals")]
-pub fn proposal_extractor(rig: &Rig, config: proposals::ProposalConfig) -> Result<HeapProposalExtractor> {
-    let camera = rig.finder.camera();
-    let (width, height) = (camera.width(), camera.height());
-    proposals::Extractor::new(
-        config,
-        rig.settings.finder,
-        vec![0; proposals::row_words(width, height)],
-        vec![0; proposals::mask_words(width)],
-        vec![proposals::EdgePoint::default(); proposals::point_count(width, height)],
     )
     .map_err(Error::new)
 }

@@ -4,8 +4,8 @@
 //! ideal camera would see it), range (m), probability, the covariance of the pixel, every feature of `proposals::FEATURE_NAMES`,
 //! then 256 grey levels of the patch (16 rows of 16, every two units of 1/370 rad, upright along gravity) and 144 of the
 //! context (12 rows of 12, every six units). Candidates with an empty `u` never come; a picture without any has no row.
-use monorange_core::proposals::{CONTEXT_SIDE, Candidate, FEATURE_NAMES, PATCH_SIDE, ProposalConfig};
-use monorange_formats::{extraction::proposal_extractor, files::Rig, pictures::Picture};
+use monorange_core::proposals::{CONTEXT_SIDE, Candidate, FEATURE_NAMES, OnHeap, PATCH_SIDE, ProposalConfig};
+use monorange_formats::{files::Rig, pictures::Picture};
 use std::fmt::Write as _;
 use std::io::Write as _;
 
@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for line in std::fs::read_to_string(list)?.lines() {
         let (rig, picture) = line.split_once('\t').ok_or("a line has no tab")?;
         let rig = Rig::read(rig.as_ref())?;
-        let mut extractor = proposal_extractor(&rig, ProposalConfig::default())?;
+        let mut extractor = OnHeap::on_heap(ProposalConfig::default(), rig.settings.finder)?;
         let pixels = Picture::read(picture.as_ref())?;
         for row in pixels.grey()?.rows() {
             extractor.push_row(row)?;

@@ -7,12 +7,11 @@ use crate::{
 use clap::Args;
 use monorange_core::{
     geometry::Sighting,
-    proposals::{Corner, Extraction, Proposal, ProposalConfig, Truncations},
+    proposals::{Corner, Extraction, OnHeap, Proposal, ProposalConfig, Truncations},
 };
 use monorange_formats::{
     Error, Result,
     draw::{Mark, ORANGE, Overlay, SEEN, Shape},
-    extraction::{HeapProposalExtractor, proposal_extractor},
     files::Rig,
     pictures::{self, Picture},
 };
@@ -62,7 +61,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let rig = arguments.rig.read()?;
     let config = ProposalConfig { min_probability: arguments.min_probability, ..ProposalConfig::default() };
-    let mut extractor = proposal_extractor(&rig, config)?;
+    let mut extractor = OnHeap::on_heap(config, rig.settings.finder).map_err(Error::new)?;
     let images = expand(&arguments.images)?;
     let camera = rig.finder.camera();
     for image in &images {
@@ -198,7 +197,7 @@ fn covariance(rig: &Rig, corner: &Corner) -> Matrix2<f64> {
 fn overlay(
     rig: &Rig,
     extraction: &Extraction,
-    extractor: &HeapProposalExtractor,
+    extractor: &OnHeap,
     picture: &Picture,
     image: &Path,
 ) -> Result<Vec<u8>> {

@@ -8,12 +8,14 @@ use crate::{
 use clap::Args;
 use monorange_core::{
     geometry::Pose,
-    pipeline::{Carrier, Config, Memory, MotionFrom, MovedBy, OnHeap, Pipeline, Report},
+    lines::Extraction,
+    pipeline::{Carrier, Config, CornersFrom, Memory, MotionFrom, MovedBy, OnHeap, Pipeline, Report},
     slam::{Increment, Verdict},
 };
 use monorange_formats::{
     Error, Result,
     bags::{Choice, Recording},
+    draw::Overlay,
     files::{Rig, Stamped, Table, confirmed_map},
     pictures::{Picture, beside},
     plausibility::FrozenCamera,
@@ -194,7 +196,10 @@ impl<'a> Drive<'a> {
             Some(_) => rig.settings.motion_from,
             None => MotionFrom::Pictures,
         };
-        let config = Config { motion_from, ..rig.settings };
+        // A host finds more than every target can; a rig that names what every target has gets that.
+        let corners_from =
+            if rig.assumed_corners { CornersFrom::Proposals } else { rig.settings.corners_from };
+        let config = Config { motion_from, corners_from, ..rig.settings };
         let pipeline = Pipeline::new(config, memory).map_err(refused)?;
         let start = sequence.times.first().copied().unwrap_or_default();
         let mut run = new_run(&arguments.inputs, rig, sequence);
@@ -285,11 +290,20 @@ impl<'a> Drive<'a> {
         if !is_best && self.mcap.is_none() {
             return Ok(());
         }
-        let extraction = self.pipeline.extraction().map_err(Error::new)?.clone();
+        let lines = match self.pipeline.proposer() {
+            Some(_) => Extraction::default(),
+            None => self.pipeline.extraction().map_err(Error::new)?.clone(),
+        };
+        let draw = |overlay: &mut Overlay<'_>| match self.pipeline.proposer() {
+            Some(proposer) => {
+                overlay.proposals(proposer.extraction(), proposer.edge_points().map(|(place, _)| place));
+            }
+            None => overlay.lines(&lines),
+        };
         let corners = report.corners.len();
         let seen = self.run.observations.len() - corners;
         let seen = self.run.observations.get(seen..).unwrap_or_default();
-        let shot = report::shot(self.rig, &picture.pixels, &extraction, seen, frame, time - self.start)?;
+        let shot = report::shot(self.rig, &picture.pixels, draw, seen, frame, time - self.start)?;
         if let (Some(mcap), Some(pose)) = (&mut self.mcap, self.run.trajectory.last()) {
             mcap.frame(pose, &shot.jpeg, || confirmed_map(self.pipeline.filter(), self.start))?;
         }

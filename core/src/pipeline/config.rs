@@ -46,6 +46,18 @@ pub enum MotionFrom {
     Pictures,
 }
 
+/// What finds a picture's corners.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CornersFrom {
+    /// Lines of the Hough transform: few, and the same on every target ([`lines`](crate::lines)).
+    #[default]
+    Lines,
+    /// Feet of upright edges, each with a probability: more, on hosts only ([`proposals`](crate::proposals)).
+    Proposals,
+}
+
+choices!(CornersFrom { "lines" => Lines, "proposals" => Proposals });
+
 /// Settings of the whole pipeline. Checked once, by [`Pipeline::new`](super::Pipeline::new).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Config {
@@ -75,7 +87,9 @@ pub struct Config {
     pub map: MapConfig<f32>,
     /// How well odometry tells the robot's motion.
     pub motion: MotionNoise,
-    /// What counts as an edge, a line and a corner.
+    /// What finds corners. [`CornersFrom::Proposals`] needs the features `alloc` and `proposals`.
+    pub corners_from: CornersFrom,
+    /// What counts as an edge, a line and a corner, where lines find them.
     pub extract: ExtractConfig,
 }
 
@@ -98,6 +112,7 @@ impl Config {
             // In a corridor of 66 m by 2 m the extractor finds some 110 corners, and each picture shows half of those in view.
             map: MapConfig { density: 0.3, caution: 6.0, ..MapConfig::default() },
             motion: MotionNoise::default(),
+            corners_from: CornersFrom::default(),
             extract: ExtractConfig::default(),
         }
     }
@@ -119,8 +134,14 @@ impl Config {
     ///
     /// # Errors
     /// As [`needs_no_features`](Self::needs_no_features), without the features `alloc` and `sift`;
-    /// [`Error::Unsupported`] for [`Carrier::Free`] without the feature `free-homography`.
+    /// [`Error::Unsupported`] for [`Carrier::Free`] without the feature `free-homography`, and for [`CornersFrom::Proposals`]
+    /// without `alloc` and `proposals`.
     pub fn supported(&self) -> Result<()> {
+        if self.corners_from == CornersFrom::Proposals && !cfg!(all(feature = "alloc", feature = "proposals"))
+        {
+            let reason = "proposals are found on hosts only, here \"lines\" works";
+            return Err(Error::Unsupported { name: "extract.corners", reason });
+        }
         if !cfg!(all(feature = "alloc", feature = "sift")) {
             return self.needs_no_features();
         }
@@ -163,6 +184,7 @@ impl Config {
                 return Err(Error::OutOfRange { name, value: std.into(), expected });
             }
         }
+        setting::check(&EXTRACTED, &mut self)?;
         setting::check(&FILTERED, &mut self)?;
         setting::check(&MEASURED, &mut self)?;
         self.motion = self.motion.validated()?;
@@ -203,6 +225,10 @@ impl Config {
 
 const MOUNT_STD_NAMES: [&str; 4] =
     ["mount.height_std", "mount.tilt_std_deg", "mount.roll_std_deg", "mount.yaw_std_deg"];
+
+settings! { EXTRACTED, EXTRACTED_REFERENCES, Config, "extract" {
+    60 corners: Choice [corners_from] "What finds corners: lines, few and on every target, or proposals, feet of upright edges each with a probability, on hosts.", "lines is what every target has; slam of a host takes proposals where the rig does not say (tests/scoring/README.md).";
+}}
 
 settings! { FILTERED, FILTERED_REFERENCES, Config, "filter" {
     2 model: Choice [model] "What the filter is told of a corner: its pixel, or range and bearing as in the paper.", "Equation: a pixel's noise is Gaussian up to the horizon, a range's is not.";

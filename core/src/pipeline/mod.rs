@@ -21,6 +21,8 @@ mod motion_noise;
 mod pictures;
 #[cfg(all(feature = "alloc", feature = "sift"))]
 mod pixel_association;
+#[cfg(all(feature = "alloc", feature = "proposals"))]
+mod proposed;
 mod report;
 mod settings;
 mod sightings;
@@ -30,7 +32,7 @@ mod storage;
 mod visual_motion;
 
 pub use crate::association::Carrier;
-pub use config::{Config, Model, MotionFrom, MountError};
+pub use config::{Config, CornersFrom, Model, MotionFrom, MountError};
 pub use coverage::Coverage;
 pub use motion_noise::{MotionNoise, Odometry};
 pub use report::{CornerReport, MovedBy, Report, Stage};
@@ -45,7 +47,7 @@ pub use visual_motion::{VisualConfig, VisualMotion, VisualStep};
 use crate::Result;
 use crate::geometry::{Pose, RangeFinder};
 use crate::image::Grey;
-use crate::lines::{Corner, EdgePoint, Extraction, Extractor, MAX_CORNERS};
+use crate::lines::{Corner, EdgePoint, Extraction, Extractor, MAX_CORNERS, Truncations};
 use crate::slam::{Feature, Filter, Health, Increment, Landmark, Map, MapReport, Outcome};
 use coverage::Intervals;
 use nalgebra::{Matrix3, Vector3};
@@ -85,6 +87,9 @@ pub struct Pipeline<S: Storage> {
     /// What pictures tell beside their corners, where they are asked.
     #[cfg(all(feature = "alloc", feature = "sift"))]
     pictures: Option<alloc::boxed::Box<Pictures>>,
+    /// Finds the corners in the extractor's place, where it is asked.
+    #[cfg(all(feature = "alloc", feature = "proposals"))]
+    proposer: Option<alloc::boxed::Box<crate::proposals::OnHeap>>,
 }
 
 impl<S: Storage> Pipeline<S> {
@@ -104,6 +109,8 @@ impl<S: Storage> Pipeline<S> {
         Ok(Self {
             #[cfg(all(feature = "alloc", feature = "sift"))]
             pictures: Pictures::new(&config)?,
+            #[cfg(all(feature = "alloc", feature = "proposals"))]
+            proposer: proposed::proposer(&config)?,
             config,
             extractor,
             map,
@@ -221,6 +228,10 @@ impl<S: Storage> Pipeline<S> {
     /// Begins a picture; one that was not finished is forgotten.
     pub fn begin(&mut self) {
         self.extractor.begin();
+        #[cfg(all(feature = "alloc", feature = "proposals"))]
+        if let Some(proposer) = &mut self.proposer {
+            proposer.begin();
+        }
         #[cfg(all(feature = "alloc", feature = "sift"))]
         if let Some(pictures) = &mut self.pictures {
             pictures.begin();
@@ -232,12 +243,30 @@ impl<S: Storage> Pipeline<S> {
     /// # Errors
     /// [`Error::Size`](crate::Error::Size) for a row of another width or one too many.
     pub fn push_row(&mut self, pixels: &[u8]) -> Result<()> {
-        self.extractor.push_row(pixels)?;
+        self.push_row_to_extractor(pixels)?;
         #[cfg(all(feature = "alloc", feature = "sift"))]
         if let Some(pictures) = &mut self.pictures {
             pictures.push_row(pixels);
         }
         Ok(())
+    }
+
+    fn push_row_to_extractor(&mut self, pixels: &[u8]) -> Result<()> {
+        #[cfg(all(feature = "alloc", feature = "proposals"))]
+        if let Some(proposer) = &mut self.proposer {
+            return proposer.push_row(pixels);
+        }
+        self.extractor.push_row(pixels)
+    }
+
+    /// The corners of the picture at hand, and what did not fit.
+    fn corners(&mut self) -> Result<(heapless::Vec<Corner, MAX_CORNERS>, Truncations)> {
+        #[cfg(all(feature = "alloc", feature = "proposals"))]
+        if let Some(proposer) = &mut self.proposer {
+            return proposed::corners(proposer);
+        }
+        let extraction = self.extractor.finish()?;
+        Ok((extraction.corners.clone(), extraction.truncations))
     }
 
     /// Ends the picture: it moves the robot where it has its part in that, and its corners correct pose and map.
@@ -254,8 +283,7 @@ impl<S: Storage> Pipeline<S> {
     /// # Errors
     /// As [`finish`](Self::finish).
     pub fn finish_timed(&mut self, time: f64, mut ended: impl FnMut(Stage)) -> Result<Report> {
-        let extraction = self.extractor.finish()?;
-        let (corners, truncations) = (extraction.corners.clone(), extraction.truncations);
+        let (corners, truncations) = self.corners()?;
         ended(Stage::Corners);
         #[cfg(all(feature = "alloc", feature = "sift"))]
         if self.pictures.is_some() {
@@ -268,12 +296,18 @@ impl<S: Storage> Pipeline<S> {
         Ok(Report { truncations, ..report })
     }
 
-    /// What the extractor found in the last picture, after [`finish`](Self::finish).
+    /// What the lines' extractor found in the last picture, after [`finish`](Self::finish).
     ///
     /// # Errors
-    /// [`Error::Size`](crate::Error::Size) when the picture is not complete.
+    /// [`Error::Size`](crate::Error::Size) when the picture is not complete, and where proposals stand in for lines.
     pub fn extraction(&mut self) -> Result<&Extraction> {
         self.extractor.finish()
+    }
+
+    /// What finds the corners where the configuration asks for [`CornersFrom::Proposals`], with what it found in the last picture.
+    #[cfg(all(feature = "alloc", feature = "proposals"))]
+    pub fn proposer(&self) -> Option<&crate::proposals::OnHeap> {
+        self.proposer.as_deref()
     }
 
     /// The last picture's edge points.

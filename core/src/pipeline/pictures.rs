@@ -149,8 +149,7 @@ impl<S: Storage> Pipeline<S> {
         }
         self.push_rows(picture)?;
         ended(Stage::Rows);
-        let extraction = self.extractor.finish()?;
-        let (corners, truncations) = (extraction.corners.clone(), extraction.truncations);
+        let (corners, truncations) = self.corners()?;
         ended(Stage::Corners);
         let report = self.finish_seeing(time, &corners, Some(features.clone()), ended)?;
         Ok(Report { truncations, ..report })

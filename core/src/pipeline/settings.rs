@@ -12,7 +12,9 @@
 //! # Ok::<(), monorange_core::Error>(())
 //! ```
 use super::Config;
-use super::config::{FILTERED, FILTERED_REFERENCES, MEASURED, MEASURED_REFERENCES};
+use super::config::{
+    EXTRACTED, EXTRACTED_REFERENCES, FILTERED, FILTERED_REFERENCES, MEASURED, MEASURED_REFERENCES,
+};
 use super::motion_noise::{MOTION_NOISE, MOTION_NOISE_REFERENCES};
 use crate::Result;
 use crate::lines::{EXTRACT, EXTRACT_REFERENCES};
@@ -21,7 +23,8 @@ use crate::slam::{FILTER, FILTER_REFERENCES, MAP, MAP_REFERENCES};
 
 /// Every setting with its sentences, section by section.
 pub fn settings() -> impl Iterator<Item = (&'static Setting, &'static Reference)> {
-    described(&EXTRACT, &EXTRACT_REFERENCES)
+    described(&EXTRACTED, &EXTRACTED_REFERENCES)
+        .chain(described(&EXTRACT, &EXTRACT_REFERENCES))
         .chain(described(&FILTER, &FILTER_REFERENCES))
         .chain(described(&FILTERED, &FILTERED_REFERENCES))
         .chain(described(&MOTION_NOISE, &MOTION_NOISE_REFERENCES))
@@ -41,7 +44,8 @@ pub fn setting_number(name: &str) -> Option<u8> {
     fn number<C>(rows: &'static [Row<C>], name: &str) -> Option<u8> {
         rows.iter().find(|row| row.setting.name == name).map(|row| row.setting.number)
     }
-    number(&EXTRACT, name)
+    number(&EXTRACTED, name)
+        .or_else(|| number(&EXTRACT, name))
         .or_else(|| number(&FILTER, name))
         .or_else(|| number(&FILTERED, name))
         .or_else(|| number(&MOTION_NOISE, name))
@@ -79,6 +83,7 @@ impl Config {
 
     /// Shows the setting of this number with the field that holds it.
     fn at(&mut self, number: u8, show: &mut dyn FnMut(&'static Setting, Slot<'_>)) {
+        at(&EXTRACTED, self, number, show);
         at(&EXTRACT, &mut self.extract, number, show);
         at(&FILTER, &mut self.filter, number, show);
         at(&FILTERED, self, number, show);

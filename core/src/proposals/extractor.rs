@@ -10,6 +10,7 @@ use super::foot::{Feet, Foot, Rows};
 use super::kink::kinks;
 use super::memory::{KEPT_ROWS, mask_words, row_words, rows};
 use super::proposal::{Members, Proposal, locate, seen};
+use super::scale::Scale;
 use super::score;
 use super::vertical::{Vertical, verticals};
 use super::view::View;
@@ -244,6 +245,11 @@ where
         Ok(&self.extraction)
     }
 
+    /// What the last picture gave, as far as it was [finished](Self::finish).
+    pub fn extraction(&self) -> &Extraction {
+        &self.extraction
+    }
+
     /// What a whole picture gives: a loop over its rows.
     ///
     /// # Errors
@@ -260,13 +266,13 @@ where
     /// [`finish`](Self::finish).
     pub fn edge_points(&self) -> impl Iterator<Item = (Vector2<f32>, f32)> {
         let points = self.points.as_ref().get(..self.edges.len).unwrap_or_default();
-        points.iter().map(|point| (self.full(point.place() + self.view.principal), point.direction()))
+        let scale = self.scale();
+        points.iter().map(move |point| (scale.ideal(point.place()), point.direction()))
     }
 
-    /// A pixel of the camera's, from one of the picture searched.
-    fn full(&self, pixel: Vector2<f32>) -> Vector2<f32> {
-        let factor = self.binning as f32;
-        if self.binning == 1 { pixel } else { pixel * factor + Vector2::repeat(0.5 * (factor - 1.0)) }
+    /// From the picture searched to the camera's.
+    fn scale(&self) -> Scale {
+        Scale::new(&self.view, self.binning)
     }
 
     /// The proposals and corners of the edge points.
@@ -289,7 +295,7 @@ where
         let bends = kinks(points, buffers, &self.view);
         let Some(grey) = GreyMemory::new(grey, camera.width(), camera.height()) else { return };
         let measure = Measure { view: &self.view, points, rows: &rows, grey: &grey, gradient_noise, size };
-        let mut ranked = Ranked::default();
+        let (mut ranked, scale) = (Ranked::default(), Scale::new(&self.view, self.binning));
         let bends = bends.iter().map(|(_, bend)| bend);
         for vertical in all.found.iter().chain(bends) {
             let feet = Feet::new(vertical, points, &rows, &self.view, &self.config);
@@ -335,7 +341,7 @@ where
                 candidate.proposal.probability =
                     score::probability(&features, &candidate.patch, &candidate.context);
                 ranked.add(candidate.proposal);
-                candidate.proposal = finished(candidate.proposal, self.view.principal, self.binning);
+                candidate.proposal = scale.proposal(candidate.proposal);
                 show(&candidate);
             }
         }
@@ -347,15 +353,13 @@ where
             self.config.skirting_height,
             self.config.min_probability,
         );
-        let factor = self.binning as f32;
         extraction.truncations.proposals = ranked.lost;
         extraction.truncations.corners = lost;
-        extraction.proposals =
-            ranked.found.iter().map(|one| finished(*one, self.view.principal, self.binning)).collect();
+        extraction.proposals = ranked.found.iter().map(|one| scale.proposal(*one)).collect();
         extraction.corners = corners;
         for corner in &mut extraction.corners {
-            corner.pixel = self.full(corner.pixel);
-            corner.covariance *= factor * factor;
+            corner.pixel = scale.pixel(corner.pixel);
+            corner.covariance = scale.covariance(corner.covariance);
         }
         self.lines(&all.found, &rows, sampling, &mut extraction);
         self.extraction = extraction;
@@ -364,17 +368,17 @@ where
     /// The vertical edges as lines of the camera's picture.
     fn lines(&self, found: &[Vertical], rows: &Rows, sampling: Sampling, extraction: &mut Extraction) {
         let points = self.points.as_ref().get(..self.edges.len).unwrap_or_default();
-        let factor = self.binning as f32;
+        let (factor, scale) = (self.binning as f32, self.scale());
         for vertical in found {
             let Some(mut line) = Members::new(vertical, points, rows).line(vertical, None, sampling) else {
                 continue;
             };
             let pixel = |place: Vector2<f32>| {
-                self.full(self.view.pixel(place).unwrap_or(place + self.view.principal))
+                scale.pixel(self.view.pixel(place).unwrap_or(place + self.view.principal))
             };
             let [first, last] = line.extent.map(|end| pixel(line.centroid + line.along() * end));
             line.ends = if first.y <= last.y { [first, last] } else { [last, first] };
-            line.centroid = self.full(line.centroid + self.view.principal);
+            line.centroid = scale.ideal(line.centroid);
             line.extent = line.extent.map(|end| end * factor);
             line.var_position_px2 *= factor * factor;
             line.residual_px *= factor;
@@ -383,21 +387,6 @@ where
                 extraction.truncations.lines += 1;
             }
         }
-    }
-}
-
-/// A proposal of the picture searched in the camera's pixels.
-fn finished(proposal: Proposal, principal: Vector2<f32>, binning: usize) -> Proposal {
-    let factor = binning as f32;
-    let full = |pixel: Vector2<f32>| {
-        if binning == 1 { pixel } else { pixel * factor + Vector2::repeat(0.5 * (factor - 1.0)) }
-    };
-    Proposal {
-        pixel: full(proposal.pixel),
-        ideal: full(proposal.ideal + principal),
-        covariance: proposal.covariance * (factor * factor),
-        ends: proposal.ends.map(full),
-        ..proposal
     }
 }
 

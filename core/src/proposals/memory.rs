@@ -1,6 +1,12 @@
 //! How much memory an extractor is lent.
 use crate::image::{GreyMemory, line_buffers, mask_len};
 use crate::lines::lens::LENS_WORDS;
+#[cfg(feature = "alloc")]
+use {
+    super::{EdgePoint, Extractor, ProposalConfig},
+    crate::{Result, geometry::RangeFinder},
+    alloc::{vec, vec::Vec},
+};
 
 /// Rows of gradient that are kept: a maximum is one between two neighbours.
 pub(super) const KEPT_ROWS: usize = 3;
@@ -29,5 +35,22 @@ pub const fn point_count(width: usize, height: usize) -> usize {
         64
     } else {
         count
+    }
+}
+
+/// An extractor that owns its memory.
+#[cfg(feature = "alloc")]
+pub type OnHeap = Extractor<Vec<u16>, Vec<u32>, Vec<EdgePoint>>;
+
+#[cfg(feature = "alloc")]
+impl OnHeap {
+    /// An extractor for the pictures of `finder`'s camera, with memory from the heap.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`](crate::Error::OutOfRange) for an unusable configuration.
+    pub fn on_heap(config: ProposalConfig, finder: RangeFinder<f32>) -> Result<Self> {
+        let (width, height) = (finder.camera().width(), finder.camera().height());
+        let points = vec![EdgePoint::default(); point_count(width, height)];
+        Self::new(config, finder, vec![0; row_words(width, height)], vec![0; mask_words(width)], points)
     }
 }

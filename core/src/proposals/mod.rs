@@ -38,7 +38,8 @@
 //! lower. Where what the left and the right say disagrees, the covariance grows by it.
 //!
 //! **Beside [`lines`](crate::lines).** There a picture has few corners that hold without a doubt, here four to five times as many
-//! on photographs, each with a probability. The pipeline goes on with those until it can judge proposals by their motion.
+//! on photographs, each with a probability. The pipeline takes these
+//! where [`Config::corners_from`](crate::pipeline::Config::corners_from) asks for them.
 //!
 //! **Cost.** Twice the instructions of [`lines`](crate::lines). No frame is held: an extractor for 320×240 stays below
 //! 56 KiB (a test says so), of which 22 kB are edge points, 10 kB line buffers and 5 kB means of 4 × 4 pixels. **Limits.** The
@@ -59,6 +60,7 @@ mod foot;
 mod kink;
 mod memory;
 mod proposal;
+mod scale;
 mod score;
 mod score_weights;
 mod vertical;
@@ -70,5 +72,7 @@ pub use edge::EdgePoint;
 pub use extraction::{Corner, Extraction, MAX_CORNERS, MAX_LINES, MAX_PROPOSALS, Truncations};
 pub use extractor::Extractor;
 pub use features::{CONTEXT_SIDE, FEATURE_NAMES, FEATURES, Features, PATCH_SIDE};
+#[cfg(feature = "alloc")]
+pub use memory::OnHeap;
 pub use memory::{mask_words, point_count, row_words};
 pub use proposal::Proposal;

@@ -39,6 +39,8 @@ pub struct Rig {
     pub mount_std: [f64; 6],
     /// Which of them the rig file does not give: they are [`MOUNT_STD_BY_HAND`].
     pub assumed_std: [bool; 6],
+    /// Whether the rig file leaves open what finds corners: a host may then take the best it has.
+    pub assumed_corners: bool,
     /// Settings of the pipeline.
     pub settings: Config,
 }
@@ -73,7 +75,7 @@ impl Rig {
         for std in pixel_std {
             settings.corner_std_floor_px = settings.corner_std_floor_px.max(std as f32);
         }
-        Ok(Self { finder, pixel_std, mount_std, assumed_std: [false; 6], settings })
+        Ok(Self { finder, pixel_std, mount_std, assumed_std: [false; 6], assumed_corners: true, settings })
     }
 
     /// The rig in a TOML file; a camera file that it names is looked for beside it.
@@ -115,7 +117,8 @@ impl Rig {
         let rig = Self::new(RangeFinder::new(camera, mount), pixel_std, mount_std)?;
         plausibility::check_mount(path, &rig.finder, &rig.mount_std);
         let assumed_std = given_std.map(|given| given.is_none());
-        Ok(Self { settings: settings::read(&root, rig.settings)?, assumed_std, ..rig })
+        let assumed_corners = !root.has_in("extract", "corners");
+        Ok(Self { settings: settings::read(&root, rig.settings)?, assumed_std, assumed_corners, ..rig })
     }
 
     /// Writes camera and mount as a rig file.

@@ -67,6 +67,12 @@ impl<'a> Section<'a> {
         Ok(self)
     }
 
+    /// Whether this table has a table `name` with this key.
+    pub(super) fn has_in(&self, name: &str, key: &str) -> bool {
+        let Some((_, value)) = self.entry(name) else { return false };
+        matches!(value.get_ref(), DeValue::Table(table) if table.keys().any(|known| known.get_ref() == key))
+    }
+
     /// The table's name.
     pub(super) fn name(&self) -> &'static str {
         self.name

@@ -5,7 +5,6 @@ use crate::{
     draw::{GREEN, LegendItem, Mark, ORANGE, Overlay, SKY, Shape, VERMILLION},
     files::Rig,
 };
-use monorange_core::lines::Extraction;
 use monorange_core::slam::Decision;
 use nalgebra::Vector2;
 
@@ -28,14 +27,14 @@ pub const SHOTS: usize = 6;
 pub fn shot(
     rig: &Rig,
     pixels: &[u8],
-    extraction: &Extraction,
+    lines: impl FnOnce(&mut Overlay<'_>),
     seen: &[Observation],
     frame: usize,
     seconds: f64,
 ) -> Result<Shot> {
     let mut overlay = Overlay::new(rig, pixels, 640)?;
     overlay.floor();
-    overlay.lines(extraction);
+    lines(&mut overlay);
     overlay.explain(&[
         LegendItem::Mark("matched", ORANGE, Shape::Dot),
         LegendItem::Mark("new", GREEN, Shape::Plus),

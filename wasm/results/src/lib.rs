@@ -193,7 +193,14 @@ impl Results {
         let seen: Vec<_> = self.run.observations.iter().filter(|seen| seen.frame == frame).copied().collect();
         let time = self.used.iter().position(|(used, _)| *used == frame);
         let time = time.and_then(|index| self.run.trajectory.get(index)).map_or(0.0, |pose| pose.time);
-        self.run.shots.push(shot(&self.rig, pixels, extraction, &seen, frame, time - self.start)?);
+        self.run.shots.push(shot(
+            &self.rig,
+            pixels,
+            |overlay| overlay.lines(extraction),
+            &seen,
+            frame,
+            time - self.start,
+        )?);
         Ok(())
     }
 }
