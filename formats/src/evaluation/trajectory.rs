@@ -92,7 +92,7 @@ pub struct Nees {
     pub mean_per_dof: f64,
     /// Of the last pose, over 3.
     pub end_per_dof: f64,
-    /// Share of poses whose x, y and heading errors are all inside ±3σ.
+    /// Share of poses whose x, y and heading errors are all inside ±3σ; one whose covariance is none is outside.
     pub inside_3_sigma: f64,
 }
 
@@ -187,6 +187,7 @@ fn consistency(pairs: &[Pair]) -> Option<Nees> {
         })
         .collect();
     let count = values.len() as f64;
+    let broken = pairs.iter().filter_map(|pair| pair.estimate.covariance).filter(is_none).count();
     let (end, _) = values.last()?;
     let mean = values.iter().map(|(nees, _)| nees).sum::<f64>() / count;
     Some(Nees {
@@ -194,8 +195,19 @@ fn consistency(pairs: &[Pair]) -> Option<Nees> {
         mean,
         mean_per_dof: mean / 3.0,
         end_per_dof: end / 3.0,
-        inside_3_sigma: values.iter().filter(|(_, inside)| *inside).count() as f64 / count,
+        inside_3_sigma: values.iter().filter(|(_, inside)| *inside).count() as f64 / (count + broken as f64),
     })
+}
+
+/// Whether a matrix is not even a singular covariance: a variance below 0, correlations that contradict each other, or no number.
+fn is_none(covariance: &Matrix3<f64>) -> bool {
+    let scale =
+        covariance.diagonal().map(|variance| if variance > 0.0 { 1.0 / variance.sqrt() } else { 0.0 });
+    let scale = Matrix3::from_diagonal(&scale);
+    let correlation = scale * covariance * scale;
+    !covariance.iter().all(|value| value.is_finite())
+        || covariance.diagonal().iter().any(|variance| *variance < 0.0)
+        || correlation.symmetric_eigenvalues().min() < -1e-3
 }
 
 /// Least eigenvalue of a correlation matrix that `f32` can tell from 0.
@@ -243,6 +255,19 @@ mod tests {
     fn pairs(estimates: &[Pose<f64>], truths: &[Pose<f64>]) -> Vec<Pair> {
         let stamped = |&pose| Stamped { time: 0.0, pose, covariance: Some(Matrix3::identity() * 0.04) };
         estimates.iter().map(stamped).zip(truths).map(|(estimate, &truth)| Pair { estimate, truth }).collect()
+    }
+
+    #[test]
+    fn a_covariance_that_is_none_counts_as_outside_and_one_that_is_known_by_definition_does_not_count() {
+        let truth = circle(5.0);
+        let share = |broken: Matrix3<f64>| {
+            let mut pairs = pairs(&truth, &truth);
+            pairs.iter_mut().take(10).for_each(|pair| pair.estimate.covariance = Some(broken));
+            trajectory_errors(&pairs, Align::None, 1.0).nees.unwrap().inside_3_sigma
+        };
+        let negative = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, -0.02));
+        assert!((share(negative) - 21.0 / 31.0).abs() < 1e-9);
+        assert_eq!(share(Matrix3::zeros()), 1.0);
     }
 
     #[test]
