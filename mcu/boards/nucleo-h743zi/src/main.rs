@@ -7,6 +7,7 @@
 //! | DWT | cycles: time, and the cost of stages |
 //! | SysTick | wakes the main loop every 30 ms |
 //! | IWDG 1 | watchdog, fed by the main loop only; 2 s |
+//! | caches | on, for code in flash |
 //! | MPU region 0 | no access to the last KiB of the stack |
 #![no_std]
 #![no_main]
@@ -24,6 +25,7 @@ use embassy_stm32::{
 use embedded_io::{Read, ReadReady, Write};
 use monorange_cortex::{fault, stack};
 use monorange_mcu::{Arrays, Device, Mapper, WINDOW, Wish};
+use monorange_protocol::frame::MAX_ENCODED;
 
 /// Of the line. The ST-LINK's virtual port takes up to about 2 Mbaud; an adapter at the pins takes 3.
 const BAUD: u32 = 921_600;
@@ -38,17 +40,28 @@ fn main() -> ! {
     // Made safe by `entry`, which runs once.
     static mut ARRAYS: Arrays = Arrays::new();
     static mut DEVICE: MaybeUninit<Device<Mapper>> = MaybeUninit::uninit();
-    static mut SENDING: [u8; 1024] = [0; 1024];
+    // The HAL starts to send only after the whole frame is in here: a longer one would never end.
+    static mut SENDING: [u8; 2 * MAX_ENCODED] = [0; 2 * MAX_ENCODED];
     static mut RECEIVED: [u8; WINDOW] = [0; WINDOW];
 
     let last_run = fault::begin();
     let peripherals = embassy_stm32::init(board::clocks());
-    let Some(cortex_m::Peripherals { SYST: mut systick, MPU: mpu, DCB: mut dcb, DWT: mut dwt, .. }) =
-        cortex_m::Peripherals::take()
+    let Some(cortex_m::Peripherals {
+        SYST: mut systick,
+        MPU: mpu,
+        DCB: mut dcb,
+        DWT: mut dwt,
+        SCB: mut scb,
+        CPUID: mut cpuid,
+        ..
+    }) = cortex_m::Peripherals::take()
     else {
         panic!("the processor's peripherals are taken already");
     };
     stack::guard(&mpu);
+    // Code runs from flash with four wait states. Data are in the DTCM, which needs no cache and no coherence.
+    scb.enable_icache();
+    scb.enable_dcache(&mut cpuid);
     let mut board = Nucleo::start(&mut systick, &mut dcb, &mut dwt);
     let mut config = usart::Config::default();
     config.baudrate = BAUD;
