@@ -24,6 +24,7 @@ pub mod lines;
 pub mod pipeline;
 #[cfg(feature = "proposals")]
 pub mod proposals;
+pub mod scan;
 pub mod slam;
 
 pub use error::{Error, Result};

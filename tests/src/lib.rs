@@ -2,6 +2,7 @@
 //! the way to real data.
 pub mod corridor;
 pub mod dynamic;
+pub mod scan;
 pub mod slam;
 pub mod visual;
 pub mod warp;

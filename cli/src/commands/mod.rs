@@ -10,6 +10,7 @@ pub mod range;
 pub mod reproduce;
 mod results;
 mod rig_file;
+pub mod scan;
 pub mod settings;
 pub mod simulate;
 pub mod slam;
@@ -35,6 +36,7 @@ enum Command {
     Landmarks(landmarks::Arguments),
     Keypoints(keypoints::Arguments),
     Match(matching::Arguments),
+    Scan(scan::Arguments),
     Slam(slam::Arguments),
     SlamLog(slam_log::Arguments),
     Simulate(simulate::Arguments),
@@ -55,6 +57,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::Landmarks(arguments) => landmarks::run(&arguments),
         Command::Keypoints(arguments) => keypoints::run(&arguments),
         Command::Match(arguments) => matching::run(&arguments),
+        Command::Scan(arguments) => scan::run(&arguments),
         Command::Slam(arguments) => slam::run(&arguments),
         Command::SlamLog(arguments) => slam_log::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),

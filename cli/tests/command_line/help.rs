@@ -31,6 +31,7 @@ fn the_examples_of_the_quick_commands_run() {
         "keypoints",
         "match",
         "simulate",
+        "scan",
         "slam",
         "slam-log",
         "evaluate",

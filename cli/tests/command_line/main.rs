@@ -13,6 +13,7 @@ mod matching;
 mod overwriting;
 mod pictures;
 mod range;
+mod scan;
 mod simulate;
 mod slam;
 mod slam_log;

@@ -108,6 +108,18 @@ impl Canvas {
         }
     }
 
+    /// A filled polygon of pixels of the picture.
+    pub fn area(&mut self, pixels: &[Vector2<f32>], colour: Colour, opacity: f32) {
+        let mut path = PathBuilder::new();
+        for (index, place) in pixels.iter().map(|pixel| self.place(*pixel)).enumerate() {
+            if index == 0 { path.move_to(place.x, place.y) } else { path.line_to(place.x, place.y) }
+        }
+        path.close();
+        if let Some(path) = path.finish() {
+            self.fill(&path, colour, opacity);
+        }
+    }
+
     /// A filled circle on the canvas.
     pub fn dot(&mut self, place: Vector2<f32>, radius: f32, colour: Colour, opacity: f32) {
         if let Some(path) = PathBuilder::from_circle(place.x, place.y, radius) {

@@ -1,9 +1,12 @@
 use super::{
-    canvas::{Canvas, Colour, ORANGE, PURPLE, SKY, Stroke, WHITE, YELLOW},
+    canvas::{Canvas, Colour, GREEN, ORANGE, PURPLE, SKY, Stroke, WHITE, YELLOW},
     floor,
 };
 use crate::{Result, files::Rig};
-use monorange_core::lines::Extraction;
+use monorange_core::{
+    lines::Extraction,
+    scan::{Kind, Reading},
+};
 use nalgebra::{Matrix2, Vector2};
 
 /// How a mark is drawn; never by its colour alone.
@@ -125,6 +128,43 @@ impl<'a> Overlay<'a> {
         }
         self.legend.push(LegendItem::Mark("edge", SKY, Shape::Dot));
         self.explain_lines();
+    }
+
+    /// A scan: the free floor tinted, and what bounds it with ±1σ.
+    pub fn scan(&mut self, readings: &[Reading]) {
+        let finder = &self.rig.finder;
+        let pixel = |bearing: f32, range: f32| {
+            let (sin, cos) = libm::sincos(f64::from(bearing));
+            let point = Vector2::new(cos, sin) * f64::from(range);
+            finder.pixel_from_floor_unbounded(point).ok().map(|pixel| pixel.cast::<f32>())
+        };
+        let bottom = finder.camera().height() as f32 - 0.5;
+        for pair in readings.windows(2) {
+            let [right, left] = pair else { continue };
+            if right.free <= 0.0 || left.free <= 0.0 {
+                continue;
+            }
+            if let (Some(a), Some(b)) = (pixel(right.bearing, right.free), pixel(left.bearing, left.free)) {
+                self.canvas.area(&[a, b, Vector2::new(b.x, bottom), Vector2::new(a.x, bottom)], GREEN, 0.35);
+            }
+        }
+        for reading in readings {
+            let Some(range) = reading.range else { continue };
+            let colour = if reading.kind == Kind::Boundary { YELLOW } else { ORANGE };
+            let deviation = reading.var_range.sqrt();
+            if let (Some(near), Some(far)) =
+                (pixel(reading.bearing, range - deviation), pixel(reading.bearing, range + deviation))
+            {
+                self.canvas.polyline(&[near, far], Stroke::solid(colour, 1.4));
+            }
+            if let Some(place) = pixel(reading.bearing, range) {
+                let place = self.canvas.place(place);
+                self.canvas.dot(place, 3.2, colour, 1.0);
+            }
+        }
+        self.legend.push(LegendItem::Mark("free floor", GREEN, Shape::Dot));
+        self.legend.push(LegendItem::Mark("boundary ±1σ", YELLOW, Shape::Dot));
+        self.legend.push(LegendItem::Mark("obstacle ±1σ", ORANGE, Shape::Dot));
     }
 
     fn explain_lines(&mut self) {

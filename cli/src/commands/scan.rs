@@ -1,0 +1,145 @@
+//! `scan`: a sequence of pictures → how far the floor is free, in every direction.
+use super::rig_file::RigFile;
+use crate::{
+    commands::progress,
+    outputs::{Outputs, to_file_or_stdout},
+    sequence::{Sequence, SequenceFiles},
+};
+use clap::Args;
+use monorange_core::{
+    geometry::Pose,
+    scan::{BEAMS, Kind, Reading, ScanConfig, Scanner},
+};
+use monorange_formats::{
+    Error, Result,
+    draw::Overlay,
+    files::{Odometry, Rig},
+    pictures::Picture,
+};
+use std::{fmt::Write as _, path::PathBuf};
+
+/// How far the floor is free, in every direction, from one camera's pictures: a laser scan without a laser.
+///
+/// Writes `t,bearing,free,range,var_range,kind`, one row a bearing of each picture: the floor is seen clear up to `free`;
+/// `range` is what bounds it, with its variance (the mount's uncertainty is in it). `kind` is `boundary` (its neighbours go
+/// on beside it), `obstacle` (it stands by itself), `unknown` (nothing is certain beyond `free`) or `beyond` (free as
+/// far as is looked at, 20 heights of the camera); the last two have no range. Unknown is never free. With odometry
+/// what pictures say about the same place of the floor is put together; without it each picture stands for itself.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Example:
+  monorange simulate --scene corridor --frames 10 --out corridor-10
+  monorange scan --rig corridor-10/rig.toml --frames corridor-10/frames \\
+    --odometry corridor-10/odometry.csv --overlay corridor-10/scans")]
+pub struct Arguments {
+    #[command(flatten)]
+    rig: RigFile,
+    /// The folder of pictures, or a folder of EuRoC, KITTI or TUM RGB-D.
+    #[arg(long, value_name = "DIR")]
+    frames: PathBuf,
+    /// Times of the frames, one a line, s.
+    #[arg(long, value_name = "FILE")]
+    times: Option<PathBuf>,
+    /// Odometry (CSV `t,v,omega` or `t,dx,dy,dtheta`).
+    #[arg(long, value_name = "FILE")]
+    odometry: Option<PathBuf>,
+    /// Beams of a scan, evenly over the field; one a degree without it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(2..=BEAMS as i64))]
+    beams: Option<u16>,
+    /// Angle from the first beam to the last, centred ahead, degrees; what the picture shows without it.
+    #[arg(long, value_name = "DEG", value_parser = field)]
+    field: Option<f32>,
+    /// Draw the free floor and what bounds it over every picture, into this folder.
+    #[arg(long, value_name = "DIR")]
+    overlay: Option<PathBuf>,
+    /// Write to this file instead of standard output.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When a file is missing, malformed or does not fit the others, or nothing can be written.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let rig = arguments.rig.read()?;
+    let files = SequenceFiles {
+        frames: &arguments.frames,
+        times: arguments.times.as_deref(),
+        odometry: arguments.odometry.as_deref(),
+        truth: None,
+    };
+    let sequence = Sequence::read(files, &rig)?;
+    let config = ScanConfig {
+        beams: arguments.beams.map_or(0, usize::from),
+        field: arguments.field.map(|field| {
+            let half = field.to_radians() * 0.5;
+            [-half, half]
+        }),
+        ..ScanConfig::default()
+    };
+    let mut scanner = scanner(&rig, config)?;
+    let mut outputs = arguments.overlay.as_deref().map(Outputs::into_folder).transpose()?;
+    let mut table = "t,bearing,free,range,var_range,kind\n".to_owned();
+    let bar = progress::bar(sequence.images.len(), "pictures");
+    let mut before: Option<f64> = None;
+    for (image, time) in sequence.images.iter().zip(&sequence.times) {
+        bar.inc(1);
+        if let Some(before) = before {
+            travel(&mut scanner, sequence.odometry.as_ref(), before, *time);
+        }
+        before = Some(*time);
+        let picture = Picture::read(image)?;
+        let readings = scanner.scan(picture.grey()?).map_err(|error| Error::new(error).at(image))?;
+        readings.iter().for_each(|reading| row(&mut table, *time, reading));
+        if let Some(outputs) = &mut outputs {
+            let name = image.file_stem().unwrap_or_default().to_string_lossy();
+            let mut overlay = Overlay::new(&rig, &picture.pixels, 960)?;
+            overlay.scan(readings);
+            overlay.floor();
+            let free = readings.iter().filter(|reading| reading.kind != Kind::Unknown).count();
+            let title = format!("{name}   {free} of {} beams end somewhere", readings.len());
+            let png = overlay.finish(&title).png()?;
+            outputs.write(&format!("{name}.png"), |out| out.write_all(&png))?;
+        }
+    }
+    bar.finish_and_clear();
+    if let Some(outputs) = outputs {
+        outputs.commit()?;
+    }
+    to_file_or_stdout(arguments.out.as_deref(), |out| out.write_all(table.as_bytes()))
+}
+
+/// The scanner of a rig.
+pub(super) fn scanner(rig: &Rig, config: ScanConfig) -> Result<Box<Scanner>> {
+    let finder = rig.finder.cast().map_err(Error::new)?;
+    let mount_std = rig.mount_std.map(|std| std as f32);
+    Ok(Box::new(Scanner::new(config, finder, mount_std, rig.pixel_covariance().cast()).map_err(Error::new)?))
+}
+
+/// Takes the robot's motion between two pictures.
+fn travel(scanner: &mut Scanner, odometry: Option<&Odometry>, from: f64, to: f64) {
+    let Some(odometry) = odometry else { return scanner.forget_past() };
+    for control in odometry.between(from, to) {
+        if control.unknown != [0.0; 2] {
+            return scanner.forget_past();
+        }
+        let (step, turn) = control.step();
+        scanner.moved(&Pose::new(step.x as f32, step.y as f32, turn as f32));
+    }
+}
+
+/// One beam as a line of the table.
+fn row(table: &mut String, time: f64, reading: &Reading) {
+    let Reading { bearing, free, range, var_range, kind } = reading;
+    let _ = match range {
+        Some(range) => writeln!(table, "{time},{bearing},{free},{range},{var_range},{}", kind.name()),
+        None => writeln!(table, "{time},{bearing},{free},,,{}", kind.name()),
+    };
+}
+
+/// An angle above 0° and below 180°.
+fn field(text: &str) -> std::result::Result<f32, String> {
+    let degrees: f32 = text.parse().map_err(|_| "not a number".to_owned())?;
+    if degrees > 0.0 && degrees < 180.0 { Ok(degrees) } else { Err("not above 0 and below 180".to_owned()) }
+}
