@@ -14,7 +14,6 @@ use monorange_formats::{
     Error, Result,
     draw::Overlay,
     files::{Odometry, Rig},
-    pictures::Picture,
 };
 use std::{fmt::Write as _, path::PathBuf};
 
@@ -89,11 +88,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             travel(&mut scanner, sequence.odometry.as_ref(), before, *time);
         }
         before = Some(*time);
-        let picture = Picture::read(image)?;
-        let readings = scanner.scan(picture.grey()?).map_err(|error| Error::new(error).at(image))?;
+        let picture = image.read()?;
+        let readings = scanner.scan(picture.grey()?).map_err(|error| Error::new(error).at(image.name()))?;
         readings.iter().for_each(|reading| row(&mut table, *time, reading));
         if let Some(outputs) = &mut outputs {
-            let name = image.file_stem().unwrap_or_default().to_string_lossy();
+            let name = image.name().file_stem().unwrap_or_default().to_string_lossy();
             let mut overlay = Overlay::new(&rig, &picture.pixels, 960)?;
             overlay.scan(readings);
             overlay.floor();
