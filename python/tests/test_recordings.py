@@ -1,9 +1,6 @@
 """Recordings of ROS 2: what other programs write is read, and what we write others read.
 
-PyPI's `rosbags` writes MCAP and SQLite, `mcap`, `mcap-ros2-support` and `rosbags` read ours:
-
-    pip install pytest numpy pillow rosbags mcap mcap-ros2-support
-    cargo build --bin monorange && pytest python/tests/test_recordings.py
+PyPI's `rosbags` writes MCAP and SQLite, `mcap`, `mcap-ros2-support` and `rosbags` read ours.
 """
 
 import csv
