@@ -34,7 +34,7 @@ enum Task {
         #[arg(long, default_value_t = 200)]
         frames: usize,
     },
-    /// Flash and static RAM of all boards' programs; the link fails beyond 160 KiB and 128 KiB
+    /// Flash and static RAM of all boards' programs; the link fails beyond 192 KiB and 128 KiB
     Size,
 }
 
