@@ -6,7 +6,7 @@
 //!
 //! | field | bytes | |
 //! |---|---|---|
-//! | version | 1 | [`VERSION`](crate::VERSION) |
+//! | version | 1 | [`VERSION`] |
 //! | kind | 1 | the message's number |
 //! | sequence | 2 | little-endian, one more with every frame sent, wraps |
 //! | payload | 0 … 1024 | the message, in postcard's encoding |

@@ -27,7 +27,7 @@ struct Seed<T> {
 impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landmark<T>]>> Filter<T, S, L> {
     /// Starts the landmark `id` from a measurement at `time` seconds (the filter's own time or later); it is
     /// [`Status::Tentative`]. A bearing alone starts an inverse-distance landmark; a range alone starts nothing,
-    /// see [`RingStart`](super::RingStart).
+    /// see [`RingStart`](crate::slam::RingStart).
     ///
     /// # Errors
     /// [`Error::OutOfRange`] for a measurement that fails [`Measurement::check`] or has no point (a range alone, a

@@ -31,7 +31,7 @@ pub enum Covariance {
 
 choices!(Covariance { "packed" => Packed, "factored" => Factored });
 
-/// Settings of the filter. Checked once, by [`Filter::new`].
+/// Settings of the filter. Checked once, by [`Filter::new`](crate::slam::Filter::new).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilterConfig<T> {
     /// Which filter.
