@@ -1,13 +1,14 @@
 //! The filter's state in its storage; predict, update, births and what can be read are files of their own.
 pub(in crate::slam) mod birth;
 mod config;
+mod outcome;
 mod predict;
 mod read;
 pub(in crate::slam) mod update;
 
 pub use config::{Covariance, FilterConfig, Variant};
 pub(crate) use config::{FILTER, FILTER_REFERENCES};
-pub use update::{Decision, Observation, Outcome};
+pub use outcome::{Decision, Observation, Outcome};
 
 use crate::geometry::{Pose, RangeFinder, wrap_angle};
 use crate::slam::covariance::factored;

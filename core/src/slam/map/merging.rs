@@ -10,7 +10,8 @@ use crate::association::{
     Candidate, MAX_JOINT_CANDIDATES, MAX_PAIRS, cholesky, forward, joint_compatibility, sort_for_search,
 };
 use crate::slam::covariance::{Row, Rows};
-use crate::slam::filter::update::{Absorbed, Decision, Outcome, Pending};
+use crate::slam::filter::update::{Absorbed, Pending};
+use crate::slam::filter::{Decision, Outcome};
 use crate::slam::landmark::{Form, Landmark, Status};
 use nalgebra::Matrix2;
 

@@ -8,7 +8,8 @@ use crate::association::{
 };
 use crate::geometry::RangeFinder;
 use crate::slam::filter::birth::Nearby;
-use crate::slam::filter::update::{Decision, Outcome, Pending};
+use crate::slam::filter::update::Pending;
+use crate::slam::filter::{Decision, Outcome};
 use crate::slam::landmark::{Form, Landmark, Status};
 use crate::slam::models::Linearised;
 use crate::slam::models::Measurement;
