@@ -53,7 +53,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     ///
     /// # Errors
     /// [`Error::UnknownLandmark`]; [`Error::OutOfRange`] for a measurement that fails
-    /// [`Measurement::check`]; [`Error::Size`] when `outcomes` is shorter than `observations`. Nothing has changed
+    /// [`Measurement::check`](crate::slam::Measurement::check); [`Error::Size`] when `outcomes` is shorter than `observations`. Nothing has changed
     /// then. A measurement that is sound but has no use – the landmark is behind the camera – is
     /// [`Decision::Rejected`] in its outcome, and changes nothing either.
     pub fn update(&mut self, observations: &[Observation<T>], outcomes: &mut [Outcome<T>]) -> Result<()> {
