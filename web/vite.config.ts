@@ -21,6 +21,14 @@ function offline(): Plugin {
   };
 }
 
+/** What a host should send with every file; the page's own policy cannot say who may frame it. */
+export const HEADERS = {
+  'Content-Security-Policy': "frame-ancestors 'none'",
+  'X-Content-Type-Options': 'nosniff',
+  'Referrer-Policy': 'no-referrer',
+  'Cross-Origin-Opener-Policy': 'same-origin',
+};
+
 const inBrowser = { expect: { poll: { timeout: 20_000 } }, testTimeout: 120_000, hookTimeout: 60_000, fileParallelism: false };
 
 export default defineConfig({
@@ -29,7 +37,7 @@ export default defineConfig({
   plugins: [offline()],
   worker: { format: 'es' },
   build: { target: 'es2022', assetsInlineLimit: 0, modulePreload: { polyfill: false } },
-  preview: { host: '127.0.0.1', port: 4173 },
+  preview: { host: '127.0.0.1', port: 4173, headers: HEADERS },
   server: { host: '127.0.0.1' },
   test: {
     projects: [
@@ -37,6 +45,7 @@ export default defineConfig({
       { test: { name: 'browser', include: ['tests/**/*.test.ts'], ...inBrowser } },
       // Not tests, but run like them: `npm run screenshots`, `npm run bench`.
       { test: { name: 'screenshots', include: ['tools/screenshots.ts'], ...inBrowser } },
+      { test: { name: 'first-picture', include: ['tools/first-picture.ts'] } },
       { test: { name: 'bench', include: ['tools/bench.ts'], ...inBrowser } },
     ],
   },

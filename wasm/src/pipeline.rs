@@ -1,7 +1,7 @@
 //! The whole pipeline, as JavaScript drives it: a picture and the odometry up to it, in timed steps.
 //!
 //! ```text
-//! pipeline.load(pixels)                        a grey picture (loadRgba: a coloured one)
+//! pipeline.load(pixels)                        a grey picture, one byte a pixel
 //! pipeline.velocity(t, v, omega, seconds)      or increment(…): any number of readings
 //! pipeline.rows()                              smoothing, gradients, edge points
 //! pipeline.lines()                             Hough, line fits, corners
@@ -9,13 +9,16 @@
 //! ```
 //!
 //! It is [`monorange_core::pipeline`] and nothing besides, so the numbers are those of the host and of the robot.
-use crate::RangeFinder;
 use crate::report::{self, Report};
-use monorange_core::Result;
+use crate::rig::{JsRig, Rig};
+use monorange_core::geometry::RangeFinder;
 use monorange_core::image::Grey;
-use monorange_core::pipeline::{self, Config, Memory, MotionFrom, Odometry, OnHeap};
+use monorange_core::pipeline::{Carrier, Config, MotionFrom, Odometry, Stage};
 use monorange_core::slam::Status;
+use monorange_core::{Error, Result};
 use monorange_protocol::{conversion::config_from_message, message::Configure};
+use monorange_wasm_drive::Drive;
+use monorange_wasm_record::Verdict;
 use wasm_bindgen::prelude::*;
 
 /// Landmarks that the map has room for, as on the command line.
@@ -24,11 +27,10 @@ pub const LANDMARKS: usize = 512;
 /// One camera's pictures and a robot's odometry in, pose and map out.
 #[wasm_bindgen]
 pub struct Pipeline {
-    inner: pipeline::Pipeline<OnHeap>,
+    inner: Drive,
     picture: Vec<u8>,
+    mount_std: [f32; 6],
 }
-
-const FOREIGN_SETTINGS: &str = "the settings are no Configure message of this version";
 
 type Answer<T> = core::result::Result<T, JsError>;
 
@@ -38,19 +40,13 @@ fn sentence(error: monorange_core::Error) -> JsError {
 
 #[wasm_bindgen]
 impl Pipeline {
-    /// A pipeline for the rig of these [`PARAMETERS`](crate::range_finder::PARAMETERS) numbers. `settings` is a
-    /// `Configure` message of the co-processor's protocol, of which everything but the rig counts; empty for the
-    /// default settings. `by_pictures`: there is no odometry, the motion comes from the pictures.
+    /// A pipeline for a rig, with the rig's settings; `by_pictures`: there is no odometry, the pictures tell the motion.
     ///
     /// # Errors
-    /// A sentence that names the parameter at fault.
+    /// A sentence that names the entry at fault.
     #[wasm_bindgen(constructor)]
-    pub fn from_parameters(parameters: &[f32], settings: &[u8], by_pictures: bool) -> Answer<Pipeline> {
-        let settings = match settings {
-            [] => None,
-            message => Some(postcard::from_bytes(message).map_err(|_| JsError::new(FOREIGN_SETTINGS))?),
-        };
-        Self::new(parameters, settings.as_ref(), by_pictures).map_err(sentence)
+    pub fn of_rig(rig: &JsRig, by_pictures: bool) -> Answer<Pipeline> {
+        Rig::read(rig).and_then(|rig| Self::new(&rig, by_pictures)).map_err(sentence)
     }
 
     /// Takes a grey picture of the rig's size.
@@ -58,16 +54,7 @@ impl Pipeline {
     /// # Errors
     /// A sentence with both sizes where they differ.
     pub fn load(&mut self, pixels: &[u8]) -> Answer<()> {
-        self.take(pixels.len(), pixels.iter().copied()).map_err(sentence)
-    }
-
-    /// Takes a picture of red, green, blue, alpha.
-    ///
-    /// # Errors
-    /// As [`load`](Self::load).
-    #[wasm_bindgen(js_name = loadRgba)]
-    pub fn load_rgba(&mut self, pixels: &[u8]) -> Answer<()> {
-        self.take(pixels.len() / 4, pixels.chunks_exact(4).map(luma)).map_err(sentence)
+        self.take(pixels).map_err(sentence)
     }
 
     /// Moves the robot: speed (m/s) and turn rate (rad/s) that held for so many seconds, up to `time`.
@@ -75,7 +62,7 @@ impl Pipeline {
     /// # Errors
     /// A sentence, where time goes back or a number is not finite.
     pub fn velocity(&mut self, time: f64, v: f32, omega: f32, seconds: f32) -> Answer<()> {
-        self.inner.odometry(time, &Odometry::Velocity { v, omega, seconds }).map_err(sentence)
+        self.odometry(time, &Odometry::Velocity { v, omega, seconds }).map_err(sentence)
     }
 
     /// Moves the robot by a step in its own frame, up to `time`.
@@ -83,7 +70,7 @@ impl Pipeline {
     /// # Errors
     /// As [`velocity`](Self::velocity).
     pub fn increment(&mut self, time: f64, forward: f32, left: f32, turn: f32, seconds: f32) -> Answer<()> {
-        self.inner.odometry(time, &Odometry::Increment { forward, left, turn, seconds }).map_err(sentence)
+        self.odometry(time, &Odometry::Increment { forward, left, turn, seconds }).map_err(sentence)
     }
 
     /// Runs the picture's rows through the extractor.
@@ -99,7 +86,7 @@ impl Pipeline {
     /// # Errors
     /// A sentence, where rows are missing.
     pub fn lines(&mut self) -> Answer<()> {
-        self.inner.extraction().map(|_| ()).map_err(sentence)
+        self.find().map_err(sentence)
     }
 
     /// The edge points in the picture's rows, as rows u, v.
@@ -107,24 +94,54 @@ impl Pipeline {
         report::edges(self.inner.config().finder.camera(), self.inner.edge_points())
     }
 
-    /// Corrects pose and map by the picture's corners.
+    /// Corrects pose and map by the picture's corners. `ended` is called with 0, 1 and 2 when corners, motion and map are
+    /// done, for a clock.
     ///
     /// # Errors
     /// A sentence, where rows are missing or time goes back.
-    pub fn finish(&mut self, time: f64) -> Answer<Report> {
-        self.observe(time).map_err(sentence)
+    pub fn finish(&mut self, time: f64, ended: Option<js_sys::Function>) -> Answer<Report> {
+        let mut tell = |stage: Stage| {
+            let number = match stage {
+                Stage::Rows | Stage::Corners => 0,
+                Stage::Motion => 1,
+                _ => 2,
+            };
+            if let Some(ended) = &ended {
+                // A clock that fails is no reason to lose the picture.
+                let _ = ended.call1(&JsValue::NULL, &number.into());
+            }
+        };
+        self.observe(time, &mut tell).map_err(sentence)
     }
 
-    /// The confirmed landmarks as rows id, x, y, var_x, cov_xy, var_y, seen, first time, last time.
-    pub fn map(&self) -> Vec<f64> {
+    /// Pixels in a row of its pictures.
+    #[wasm_bindgen(getter)]
+    pub fn width(&self) -> usize {
+        self.size().0
+    }
+
+    /// Rows of its pictures.
+    #[wasm_bindgen(getter)]
+    pub fn height(&self) -> usize {
+        self.size().1
+    }
+
+    /// Whether a homography is to carry corners from picture to picture.
+    #[wasm_bindgen(getter)]
+    pub fn carries(&self) -> bool {
+        self.inner.config().carrier != Carrier::Map
+    }
+
+    /// The confirmed landmarks as rows id, x, y, var_x, cov_xy, var_y, sightings, first and last time.
+    pub fn confirmed(&self) -> Vec<f64> {
         let filter = self.inner.filter();
         let confirmed = filter.landmarks().iter().filter(|landmark| landmark.status == Status::Confirmed);
-        confirmed.filter_map(|known| report::map_row(filter, known)).flatten().collect()
+        confirmed.filter_map(|known| report::confirmed_row(filter, known)).flatten().collect()
     }
 
     /// The filter's verdict on itself.
-    pub fn verdict(&self) -> String {
-        self.inner.health().verdict().as_str().to_owned()
+    pub fn verdict(&self) -> Verdict {
+        self.inner.health().verdict().into()
     }
 
     /// Mean normalised innovation squared a degree of freedom, over the last measurements; 1 is right.
@@ -135,61 +152,72 @@ impl Pipeline {
 }
 
 impl Pipeline {
-    /// As [`from_parameters`](Self::from_parameters), for Rust.
+    /// As the constructor, for Rust.
     ///
     /// # Errors
-    /// As [`pipeline::Pipeline::new`].
-    pub fn new(parameters: &[f32], settings: Option<&Configure>, by_pictures: bool) -> Result<Self> {
-        let rig = RangeFinder::new(parameters)?;
-        let finder = *rig.finder();
-        let config = settings.map_or(Ok(Config::new(finder)), config_from_message)?;
+    /// As [`Drive::new`].
+    pub fn new(rig: &Rig, by_pictures: bool) -> Result<Self> {
+        let finder: RangeFinder<f32> = rig.finder.cast()?;
+        let config = match rig.settings.as_slice() {
+            [] => Config::new(finder),
+            message => {
+                let name = "settings, which are no Configure message of this version,";
+                let foreign = Error::Size { name, got: message.len(), expected: 0 };
+                let message: Configure = postcard::from_bytes(message).map_err(|_| foreign)?;
+                config_from_message(&message)?
+            }
+        };
+        let mount_std = rig.mount_std.map(|std| std as f32);
+        let [height, tilt, roll, yaw, ..] = mount_std;
         let motion_from = if by_pictures { MotionFrom::Pictures } else { config.motion_from };
-        let config = Config { finder, mount_std: rig.angles_and_height_std(), motion_from, ..config };
-        let memory = Memory::on_heap(finder.camera().width(), finder.camera().height(), LANDMARKS);
-        let picture = Vec::new();
-        Ok(Self { inner: pipeline::Pipeline::new(config, memory)?, picture })
+        let config = Config { finder, mount_std: [height, tilt, roll, yaw], motion_from, ..config };
+        Ok(Self { inner: Drive::new(config, LANDMARKS)?, mount_std, picture: Vec::new() })
     }
 
-    fn size(&self) -> (usize, usize) {
+    /// Width and height of its pictures.
+    pub(crate) fn size(&self) -> (usize, usize) {
         let camera = self.inner.config().finder;
         (camera.camera().width(), camera.camera().height())
     }
 
-    fn take(&mut self, count: usize, pixels: impl Iterator<Item = u8>) -> Result<()> {
+    pub(crate) fn take(&mut self, pixels: &[u8]) -> Result<()> {
         let (width, height) = self.size();
         let expected = width * height;
-        if count != expected {
-            return Err(monorange_core::Error::Size { name: "picture", got: count, expected });
+        if pixels.len() != expected {
+            return Err(Error::Size { name: "picture", got: pixels.len(), expected });
         }
         self.picture.clear();
-        self.picture.extend(pixels);
+        self.picture.extend_from_slice(pixels);
         Ok(())
     }
 
-    fn push(&mut self) -> Result<()> {
-        let (width, height) = self.size();
-        let picture = Grey::new(&self.picture, width, height)?;
-        self.inner.begin();
-        picture.rows().try_for_each(|row| self.inner.push_row(row))
+    pub(crate) fn odometry(&mut self, time: f64, reading: &Odometry) -> Result<()> {
+        self.inner.odometry(time, reading)
     }
 
-    fn observe(&mut self, time: f64) -> Result<Report> {
+    pub(crate) fn push(&mut self) -> Result<()> {
+        let (width, height) = self.size();
+        self.inner.rows(Grey::new(&self.picture, width, height)?)
+    }
+
+    pub(crate) fn find(&mut self) -> Result<()> {
+        self.inner.extraction().map(|_| ())
+    }
+
+    /// `ended` is called at the end of each stage.
+    pub(crate) fn observe(&mut self, time: f64, ended: &mut dyn FnMut(Stage)) -> Result<Report> {
         let predicted = report::predictions(self.inner.filter(), &self.inner.finder());
         let lines = report::lines(self.inner.extraction()?);
-        let seen = self.inner.finish(time)?;
-        Ok(Report::new(&seen, self.inner.filter(), predicted, lines))
+        let seen = self.inner.finish_timed(time, ended)?;
+        Ok(Report::new(&seen, self.inner.filter(), &self.inner.finder(), &self.mount_std, predicted, lines))
     }
-}
-
-/// Rec. 709 luma in whole numbers, as the host reads coloured pictures.
-fn luma(pixel: &[u8]) -> u8 {
-    let [red, green, blue, ..] = *pixel else { return 0 };
-    ((2126 * u32::from(red) + 7152 * u32::from(green) + 722 * u32::from(blue)) / 10_000) as u8
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use monorange_core::geometry::{Camera, Mount};
+    use monorange_wasm_record::{Corner, Line};
 
     /// A wall's edge at u = 80 comes down to the floor at v = 70.
     fn corner_picture() -> Vec<u8> {
@@ -207,28 +235,22 @@ mod tests {
     }
 
     fn small_rig() -> Pipeline {
-        let mut parameters = [0.0; crate::range_finder::PARAMETERS];
-        parameters[..6].copy_from_slice(&[160.0, 120.0, 180.0, 180.0, 80.0, 60.0]);
-        parameters[12..16].copy_from_slice(&[0.1, 0.1, 0.4, 0.1]);
-        Pipeline::new(&parameters, None, false).unwrap()
+        let camera = Camera::new(160, 120, [180.0; 2], [80.0, 60.0], 0.0, Default::default()).unwrap();
+        let mount = Mount::new([0.4, 0.1, 0.0, 0.0, 0.0, 0.0]).unwrap();
+        let finder = RangeFinder::new(camera, mount);
+        let rig = Rig { finder, pixel_std: [0.1; 2], mount_std: [0.0; 6], settings: Vec::new() };
+        Pipeline::new(&rig, false).unwrap()
     }
 
     #[test]
     fn a_corner_comes_out_with_its_range_and_lines() {
         let mut pipeline = small_rig();
-        pipeline.take(160 * 120, corner_picture().into_iter()).unwrap();
+        pipeline.take(&corner_picture()).unwrap();
         pipeline.push().unwrap();
-        let report = pipeline.observe(0.1).unwrap();
+        let report = pipeline.observe(0.1, &mut |_| ()).unwrap();
         let corners = report.corners();
-        assert_eq!(corners.len(), report::CORNER_COLUMNS);
+        assert_eq!(corners.len(), Corner::WIDTH);
         assert!((corners[5] - 2.5).abs() < 0.1, "{corners:?}");
-        assert_eq!(report.lines().len(), 2 * report::LINE_COLUMNS);
-    }
-
-    #[test]
-    fn grey_in_colour_is_the_same_grey() {
-        for grey in 0..=255 {
-            assert_eq!(luma(&[grey, grey, grey, 255]), grey);
-        }
+        assert_eq!(report.lines().len(), 2 * Line::WIDTH);
     }
 }

@@ -1,13 +1,10 @@
 //! A camera on its mount, as JavaScript sees it.
-use crate::mount_fit::{self, KnownPoint};
+use crate::rig::{JsRig, Rig};
 use crate::{outline, tape};
-use monorange_core::geometry::{self, Camera, Distortion, Mount, NoFloor};
-use monorange_core::{Error, Result};
+use monorange_core::Result;
+use monorange_core::geometry::{self, NoFloor};
 use nalgebra::{Matrix2, Vector2};
 use wasm_bindgen::prelude::*;
-
-/// How many numbers [`RangeFinder::new`] takes.
-pub const PARAMETERS: usize = 26;
 
 /// Why a pixel has no range.
 #[wasm_bindgen]
@@ -54,15 +51,13 @@ pub struct RangeFinder {
 
 #[wasm_bindgen]
 impl RangeFinder {
-    /// A range finder from 26 numbers: width, height, f_u, f_v, u₀, v₀, skew, k₁, k₂, p₁, p₂, k₃, the pixel's
-    /// standard deviations in u and v; height, tilt, roll, yaw, forward, left (m, rad) and the standard
-    /// deviations of those six.
+    /// The range finder of a rig.
     ///
     /// # Errors
-    /// A sentence that names the parameter at fault.
+    /// A sentence that names the entry at fault.
     #[wasm_bindgen(constructor)]
-    pub fn from_parameters(parameters: &[f32]) -> core::result::Result<RangeFinder, JsError> {
-        Self::new(parameters).map_err(|error| JsError::new(&error.to_string()))
+    pub fn of_rig(rig: &JsRig) -> core::result::Result<RangeFinder, JsError> {
+        Rig::read(rig).and_then(|rig| Self::new(&rig)).map_err(|error| JsError::new(&error.to_string()))
     }
 
     /// What the pixel (u, v) measures; (0, 0) is the centre of the top-left pixel.
@@ -105,20 +100,6 @@ impl RangeFinder {
         outline::horizon(&self.finder).into()
     }
 
-    /// The mount from rows u, v, x, y of clicked pixels and the floor points they are known to see, as height,
-    /// tilt, roll, yaw, forward, left; the standard deviations of the first four; the root mean square distance
-    /// (m); the correlation of height and tilt.
-    ///
-    /// # Errors
-    /// A sentence, where the points do not determine the mount.
-    #[wasm_bindgen(js_name = fitMount)]
-    pub fn fit_mount(&self, rows: &[f64]) -> core::result::Result<Vec<f64>, JsError> {
-        let points: Vec<_> = rows.chunks_exact(4).filter_map(known_point).collect();
-        let fit = self.wide().and_then(|(camera, mount)| mount_fit::fit_mount(&camera, &mount, &points));
-        let fit = fit.map_err(|error| JsError::new(&error.to_string()))?;
-        Ok(fit.parameters.into_iter().chain(fit.std).chain([fit.rms, fit.correlation]).collect())
-    }
-
     /// The floor grid as rows u, v, range; each line ends with a row NaN, NaN, label: its distance ahead for a line
     /// across, NaN for a line along.
     pub fn grid(&self, spacing: f32, reach: f32) -> Box<[f32]> {
@@ -129,11 +110,6 @@ impl RangeFinder {
     pub fn footprint(&self, reach: f32) -> Box<[f32]> {
         outline::footprint(&self.finder, reach).into()
     }
-}
-
-fn known_point(row: &[f64]) -> Option<KnownPoint> {
-    let [u, v, x, y] = *row else { return None };
-    Some(KnownPoint { pixel: Vector2::new(u, v), point_in_robot: Vector2::new(x, y) })
 }
 
 const NOTHING: Sighting = Sighting {
@@ -147,41 +123,17 @@ const NOTHING: Sighting = Sighting {
 };
 
 impl RangeFinder {
-    /// As [`from_parameters`](Self::from_parameters), for Rust.
+    /// As the constructor, for Rust.
     ///
     /// # Errors
-    /// [`Error`], every variant.
-    pub fn new(parameters: &[f32]) -> Result<Self> {
-        let wrong = Error::Size { name: "parameters", got: parameters.len(), expected: PARAMETERS };
-        let parameters: &[f32; PARAMETERS] = parameters.try_into().map_err(|_| wrong)?;
-        let [width, height, fu, fv, u0, v0, skew, k1, k2, p1, p2, k3, std_u, std_v, rest @ ..] = *parameters;
-        let [camera_height, tilt, roll, yaw, forward, left, mount_std @ ..] = rest;
-        let lens = Distortion { k1, k2, p1, p2, k3 };
-        let camera = Camera::new(width as usize, height as usize, [fu, fv], [u0, v0], skew, lens)?;
-        let mount = Mount::new([camera_height, tilt, roll, yaw, forward, left])?;
+    /// As [`geometry::RangeFinder::cast`].
+    pub fn new(rig: &Rig) -> Result<Self> {
+        let [std_u, std_v] = rig.pixel_std.map(|std| std as f32);
         Ok(Self {
-            finder: geometry::RangeFinder::new(camera, mount),
+            finder: rig.finder.cast()?,
             pixel_covariance: Matrix2::new(std_u * std_u, 0.0, 0.0, std_v * std_v),
-            mount_std,
+            mount_std: rig.mount_std.map(|std| std as f32),
         })
-    }
-}
-
-impl RangeFinder {
-    pub(crate) fn finder(&self) -> &geometry::RangeFinder<f32> {
-        &self.finder
-    }
-
-    /// Camera and mount in f64.
-    fn wide(&self) -> Result<(Camera<f64>, Mount<f64>)> {
-        let finder: geometry::RangeFinder<f64> = self.finder.cast()?;
-        Ok((*finder.camera(), *finder.mount()))
-    }
-
-    /// Standard deviations of the mount's height, tilt, roll and yaw.
-    pub(crate) fn angles_and_height_std(&self) -> [f32; 4] {
-        let [height, tilt, roll, yaw, ..] = self.mount_std;
-        [height, tilt, roll, yaw]
     }
 }
 
@@ -198,13 +150,13 @@ impl From<NoFloor> for Status {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use monorange_core::geometry::{Camera, Mount};
 
     fn level_rig() -> RangeFinder {
-        let mut parameters = [0.0; PARAMETERS];
-        parameters[..6].copy_from_slice(&[320.0, 240.0, 365.0, 365.0, 160.0, 120.0]);
-        parameters[12..16].copy_from_slice(&[0.1, 0.1, 0.4, 0.2]);
-        parameters[20..22].copy_from_slice(&[0.005, 0.005]);
-        RangeFinder::new(&parameters).unwrap()
+        let camera = Camera::new(320, 240, [365.0; 2], [160.0, 120.0], 0.0, Default::default()).unwrap();
+        let finder = geometry::RangeFinder::new(camera, Mount::new([0.4, 0.2, 0.0, 0.0, 0.0, 0.0]).unwrap());
+        let mount_std = [0.005, 0.005, 0.0, 0.0, 0.0, 0.0];
+        RangeFinder::new(&Rig { finder, pixel_std: [0.1; 2], mount_std, settings: Vec::new() }).unwrap()
     }
 
     #[test]
@@ -242,11 +194,5 @@ mod tests {
             assert!(off(seen.x).min(off(seen.y)) < 2e-3 * seen.range, "{seen:?}");
         }
         assert!(inside > 50, "{inside}");
-    }
-
-    #[test]
-    fn a_wrong_number_of_parameters_is_said() {
-        let message = RangeFinder::new(&[0.0; 3]).unwrap_err().to_string();
-        assert_eq!(message, "parameters has size 3, must have 26");
     }
 }

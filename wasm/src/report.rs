@@ -1,32 +1,28 @@
 //! What one picture brought, as rows of numbers.
 use monorange_core::geometry::{Camera, RangeFinder, range_bearing_by_floor};
 use monorange_core::lines::{EdgePoint, Extraction};
-use monorange_core::pipeline::{self, CornerReport, MovedBy};
-use monorange_core::slam::{Decision, Filter, Form, Landmark, Status};
+use monorange_core::pipeline::{self, Carrier, CornerReport, MovedBy};
+use monorange_core::slam::{Decision, Form, Landmark, Status};
+use monorange_wasm_drive::OnHeapFilter;
+use monorange_wasm_record::{Corner, Line, Predicted, rows};
 use nalgebra::{Matrix2, SMatrix, Vector2};
 use wasm_bindgen::prelude::*;
-
-/// Numbers in a row of [`Report::corners`].
-pub const CORNER_COLUMNS: usize = 11;
-/// Numbers in a row of [`Report::lines`].
-pub const LINE_COLUMNS: usize = 4;
-
-type PipelineFilter = Filter<f32, Vec<f32>, Vec<Landmark<f32>>>;
 
 /// Pose, map and what became of each corner.
 #[wasm_bindgen]
 pub struct Report {
-    pose: [f32; 3],
-    covariance: [f32; 6],
-    corners: Vec<f32>,
-    predicted: Vec<f32>,
-    lines: Vec<f32>,
-    landmarks: Vec<f32>,
-    nis: f32,
-    nis_degrees: u32,
-    without_range: u32,
-    no_room: u32,
-    held: bool,
+    pub(crate) pose: [f32; 3],
+    pub(crate) covariance: [f32; 6],
+    pub(crate) corners: Vec<f32>,
+    pub(crate) predicted: Vec<f32>,
+    pub(crate) lines: Vec<f32>,
+    pub(crate) landmarks: Vec<f32>,
+    pub(crate) nis: f32,
+    pub(crate) nis_degrees: u32,
+    pub(crate) without_range: u32,
+    pub(crate) no_room: u32,
+    pub(crate) held: bool,
+    pub(crate) carried_by: Carrier,
 }
 
 #[wasm_bindgen]
@@ -43,26 +39,25 @@ impl Report {
         self.covariance.into()
     }
 
-    /// Rows u, v, var_u, cov_uv, var_v, range, bearing, range_std, landmark (−1: none), decision (0 update,
-    /// 1 birth, 2 gated, 3 tentative, 4 rejected), NIS (not a number: none).
+    /// Rows with the columns of `CornerColumn`.
     #[wasm_bindgen(getter)]
     pub fn corners(&self) -> Vec<f32> {
         self.corners.clone()
     }
 
-    /// Rows landmark, u, v, var_u, cov_uv, var_v, corner (−1: none): where the map expected its landmarks.
+    /// Where the map expected its landmarks: rows with the columns of `PredictedColumn`.
     #[wasm_bindgen(getter)]
     pub fn predicted(&self) -> Vec<f32> {
         self.predicted.clone()
     }
 
-    /// Rows u, v, u, v: the ends of the lines found.
+    /// The lines found: rows with the columns of `LineColumn`.
     #[wasm_bindgen(getter)]
     pub fn lines(&self) -> Vec<f32> {
         self.lines.clone()
     }
 
-    /// Rows id, x, y, var_x, cov_xy, var_y, seen, confirmed (1; 0 is tentative): the map.
+    /// The map: rows with the columns of `LandmarkColumn`.
     #[wasm_bindgen(getter)]
     pub fn landmarks(&self) -> Vec<f32> {
         self.landmarks.clone()
@@ -92,6 +87,16 @@ impl Report {
         self.held
     }
 
+    /// What carried the corners into this picture: 0 the floor's homography, 1 the free one, 2 the map.
+    #[wasm_bindgen(getter, js_name = carriedBy)]
+    pub fn carried_by(&self) -> usize {
+        match self.carried_by {
+            Carrier::Floor => 0,
+            Carrier::Free => 1,
+            Carrier::Map => 2,
+        }
+    }
+
     /// Landmarks for which there was no room.
     #[wasm_bindgen(getter, js_name = noRoom)]
     pub fn no_room(&self) -> u32 {
@@ -102,8 +107,10 @@ impl Report {
 impl Report {
     pub(crate) fn new(
         seen: &pipeline::Report,
-        filter: &PipelineFilter,
-        mut predicted: Vec<f32>,
+        filter: &OnHeapFilter,
+        finder: &RangeFinder<f32>,
+        mount_std: &[f32; 6],
+        predicted: Vec<Predicted>,
         lines: Vec<f32>,
     ) -> Self {
         let (pose, c) = (seen.pose, seen.pose_covariance);
@@ -111,31 +118,37 @@ impl Report {
         let (nis, nis_degrees) = updates.clone().fold((0.0, 0), |(sum, degrees), corner| {
             (sum + corner.outcome.nis.unwrap_or(0.0), degrees + corner.outcome.dof as u32)
         });
-        for row in predicted.chunks_exact_mut(PREDICTED_COLUMNS) {
-            let [landmark, .., corner] = row else { continue };
-            let found = seen.corners.iter().position(|seen| {
-                is_match(seen) && seen.outcome.landmark.is_some_and(|id| id as f32 == *landmark)
-            });
-            *corner = found.map_or(-1.0, |index| index as f32);
-        }
-        Self {
-            pose: [pose.x, pose.y, pose.heading],
-            covariance: [c.m11, c.m12, c.m13, c.m22, c.m23, c.m33],
-            corners: seen.corners.iter().flat_map(corner_row).collect(),
-            predicted,
-            lines,
-            landmarks: filter
-                .landmarks()
-                .iter()
-                .filter_map(|known| landmark_row(filter, known))
-                .flatten()
-                .collect(),
+        let mut report = Self {
             nis,
             nis_degrees,
+            lines,
             without_range: seen.without_range,
             no_room: seen.map.no_room,
             held: seen.moved_by == MovedBy::Held,
+            carried_by: seen.carried_by,
+            pose: [pose.x, pose.y, pose.heading],
+            covariance: [c.m11, c.m12, c.m13, c.m22, c.m23, c.m33],
+            corners: Vec::new(),
+            predicted: Vec::new(),
+            landmarks: Vec::new(),
+        };
+        for corner in &seen.corners {
+            Corner::from_report(corner, range_std(finder, mount_std, corner)).push(&mut report.corners);
         }
+        for expected in predicted {
+            let is_its = |seen: &CornerReport| {
+                is_match(seen) && seen.outcome.landmark.is_some_and(|id| id as f32 == expected.landmark)
+            };
+            let found = seen.corners.iter().position(is_its);
+            let corner = found.map_or(-1.0, |index| index as f32);
+            Predicted { corner, ..expected }.push(&mut report.predicted);
+        }
+        for known in filter.landmarks() {
+            if let Some(row) = landmark_row(filter, known) {
+                row.push(&mut report.landmarks);
+            }
+        }
+        report
     }
 }
 
@@ -143,48 +156,41 @@ fn is_match(corner: &CornerReport) -> bool {
     matches!(corner.outcome.decision, Decision::Update | Decision::Tentative) && corner.outcome.nis.is_some()
 }
 
-fn corner_row(corner: &CornerReport) -> [f32; CORNER_COLUMNS] {
-    let decision = match corner.outcome.decision {
-        Decision::Update => 0.0,
-        Decision::Birth => 1.0,
-        Decision::Gated => 2.0,
-        Decision::Tentative => 3.0,
-        Decision::Rejected => 4.0,
-    };
-    [
-        corner.pixel.x,
-        corner.pixel.y,
-        corner.pixel_covariance.m11,
-        corner.pixel_covariance.m12,
-        corner.pixel_covariance.m22,
-        corner.range,
-        corner.bearing,
-        libm::sqrtf(corner.covariance.m11),
-        corner.outcome.landmark.map_or(-1.0, |id| id as f32),
-        decision,
-        corner.outcome.nis.unwrap_or(f32::NAN),
-    ]
+/// As everywhere on the page, ± is the pixel's noise and the mount's uncertainty together.
+fn range_std(finder: &RangeFinder<f32>, mount_std: &[f32; 6], corner: &CornerReport) -> f32 {
+    let systematic = finder.sight(corner.pixel).map_or(0.0, |seen| seen.systematic(mount_std).m11);
+    libm::sqrtf(corner.covariance.m11 + systematic)
 }
 
-fn landmark_row(filter: &PipelineFilter, landmark: &Landmark<f32>) -> Option<[f32; 8]> {
+fn landmark_row(filter: &OnHeapFilter, landmark: &Landmark<f32>) -> Option<rows::Landmark> {
     let (position, c) = (filter.position(landmark)?, filter.position_covariance(landmark)?);
-    let confirmed = f32::from(u8::from(landmark.status == Status::Confirmed));
-    Some([landmark.id as f32, position.x, position.y, c.m11, c.m12, c.m22, landmark.seen as f32, confirmed])
-}
-
-pub(crate) fn map_row(filter: &PipelineFilter, landmark: &Landmark<f32>) -> Option<[f64; 9]> {
-    let [id, x, y, xx, xy, yy, seen, _] = landmark_row(filter, landmark)?.map(f64::from);
-    Some([id, x, y, xx, xy, yy, seen, landmark.first_time, landmark.last_time])
-}
-
-/// The ends of every line, rows of [`LINE_COLUMNS`].
-pub(crate) fn lines(extraction: &Extraction) -> Vec<f32> {
-    let both = extraction.vertical_lines.iter().chain(&extraction.floor_lines);
-    both.flat_map(|line| {
-        let [a, b] = line.ends;
-        [a.x, a.y, b.x, b.y]
+    Some(rows::Landmark {
+        id: landmark.id as f32,
+        x: position.x,
+        y: position.y,
+        var_x: c.m11,
+        cov_xy: c.m12,
+        var_y: c.m22,
+        seen: landmark.seen as f32,
+        confirmed: f32::from(u8::from(landmark.status == Status::Confirmed)),
     })
-    .collect()
+}
+
+pub(crate) fn confirmed_row(filter: &OnHeapFilter, landmark: &Landmark<f32>) -> Option<[f64; 9]> {
+    let (position, c) = (filter.position(landmark)?, filter.position_covariance(landmark)?);
+    let [x, y, var_x, cov_xy, var_y] = [position.x, position.y, c.m11, c.m12, c.m22].map(f64::from);
+    let (id, seen) = (f64::from(landmark.id), f64::from(landmark.seen));
+    Some([id, x, y, var_x, cov_xy, var_y, seen, landmark.first_time, landmark.last_time])
+}
+
+/// The ends of every line.
+pub(crate) fn lines(extraction: &Extraction) -> Vec<f32> {
+    let mut rows = Vec::new();
+    for line in extraction.vertical_lines.iter().chain(&extraction.floor_lines) {
+        let [a, b] = line.ends;
+        Line { u0: a.x, v0: a.y, u1: b.x, v1: b.y }.push(&mut rows);
+    }
+    rows
 }
 
 /// Edge points as rows u, v: they are kept where a camera without lens distortion would see them.
@@ -193,25 +199,22 @@ pub(crate) fn edges(camera: &Camera<f32>, points: &[EdgePoint]) -> Vec<f32> {
     points.iter().filter_map(pixel).flat_map(<[f32; 2]>::from).collect()
 }
 
-const PREDICTED_COLUMNS: usize = 7;
-
-/// Where the filter expects its landmarks in the picture, rows of [`PREDICTED_COLUMNS`] without a corner yet.
+/// Where the filter expects its landmarks in the picture, without a corner yet.
 ///
 /// With d = R(θ)ᵀ(l − t) the landmark in the robot's frame and u(d) its pixel, the covariance is H P Hᵀ with
 /// H = ∂u/∂d [ −Rᵀ   (d_y, −d_x)ᵀ   Rᵀ ] over the states x, y, θ, l.
-pub(crate) fn predictions(filter: &PipelineFilter, finder: &RangeFinder<f32>) -> Vec<f32> {
+pub(crate) fn predictions(filter: &OnHeapFilter, finder: &RangeFinder<f32>) -> Vec<Predicted> {
     let points = filter.landmarks().iter().filter(|landmark| landmark.form == Form::Point);
-    points
-        .filter_map(|landmark| {
-            let (pixel, c) = predict(filter, finder, landmark)?;
-            Some([landmark.id as f32, pixel.x, pixel.y, c.m11, c.m12, c.m22, -1.0])
-        })
-        .flatten()
-        .collect()
+    let row = |landmark: &Landmark<f32>| {
+        let (pixel, c) = predict(filter, finder, landmark)?;
+        let (landmark, u, v) = (landmark.id as f32, pixel.x, pixel.y);
+        Some(Predicted { landmark, u, v, var_u: c.m11, cov_uv: c.m12, var_v: c.m22, corner: -1.0 })
+    };
+    points.filter_map(row).collect()
 }
 
 fn predict(
-    filter: &PipelineFilter,
+    filter: &OnHeapFilter,
     finder: &RangeFinder<f32>,
     landmark: &Landmark<f32>,
 ) -> Option<(Vector2<f32>, Matrix2<f32>)> {

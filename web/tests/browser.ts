@@ -16,12 +16,14 @@ export interface Site {
   address: string;
   context: BrowserContext;
   server: PreviewServer;
+  /** The folder that is served as the page's. */
+  folder: string;
   close(): Promise<void>;
 }
 
 export const browserPath = process.env['CHROMIUM'] ?? BROWSERS.find((path) => existsSync(path));
 
-export async function openSite(options: { width?: number; height?: number; dark?: boolean; touch?: boolean } = {}): Promise<Site> {
+export async function openSite(options: { width?: number; height?: number; dark?: boolean; touch?: boolean; scale?: number } = {}): Promise<Site> {
   if (!browserPath) throw new Error('No Chromium found: install it (apt-get install chromium) or set CHROMIUM.');
   const root = await mkdtemp(join(tmpdir(), 'monorange-page-'));
   // A sub-path, as on a static host that serves more than this page.
@@ -36,11 +38,14 @@ export async function openSite(options: { width?: number; height?: number; dark?
     viewport: { width: options.width ?? 1280, height: options.height ?? 800 },
     colorScheme: options.dark ? 'dark' : 'light',
     hasTouch: options.touch ?? false,
+    isMobile: options.touch ?? false,
+    deviceScaleFactor: options.scale ?? 1,
   });
   return {
     address: `${origin}some/folder/`,
     context,
     server,
+    folder: join(root, 'dist', 'some', 'folder'),
     async close() {
       await context.close();
       await server.close();

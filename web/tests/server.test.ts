@@ -6,13 +6,14 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { expect, test } from 'vitest';
 import { preview } from 'vite';
+import { HEADERS } from '../vite.config.ts';
 
 test('only files of its own folder are served, and only to this machine', async () => {
   const root = await mkdtemp(join(tmpdir(), 'monorange-server-'));
   await mkdir(join(root, 'dist'));
   await writeFile(join(root, 'dist', 'index.html'), 'the page');
   await writeFile(join(root, 'secret.txt'), 'a secret');
-  const server = await preview({ root, configFile: false, logLevel: 'error', preview: { host: '127.0.0.1', port: 0 } });
+  const server = await preview({ root, configFile: false, logLevel: 'error', preview: { host: '127.0.0.1', port: 0, headers: HEADERS } });
   try {
     const { address, port } = server.httpServer.address() as AddressInfo;
     expect(address).toBe('127.0.0.1');
@@ -24,6 +25,8 @@ test('only files of its own folder are served, and only to this machine', async 
       }).on('error', fail);
     });
     expect(await ask('/')).toContain('the page');
+    const { headers } = await fetch(`http://127.0.0.1:${port}/`);
+    expect([headers.get('x-content-type-options'), headers.get('content-security-policy')]).toEqual(['nosniff', "frame-ancestors 'none'"]);
     for (const path of ['/../secret.txt', '/..%2fsecret.txt', '/%2e%2e/secret.txt', '/x/../../secret.txt', '/..\\secret.txt', '//secret.txt']) {
       expect(await ask(path), path).not.toContain('a secret');
     }

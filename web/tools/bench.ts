@@ -79,13 +79,9 @@ async function measure([frames, rounds, levels, photo]: readonly [number, number
   await simd.init({ simd: true });
   const sample = new files.Sample(frames, 3, 1);
   files.offer('rig.toml', new TextEncoder().encode(sample.rig()));
-  files.offer('odometry.csv', new TextEncoder().encode(sample.odometry()));
-  const rig = JSON.parse(files.rig('rig.toml'));
-  const parameters = Float32Array.from([
-    rig.width, rig.height, ...rig.focal, ...rig.principal, rig.skew, ...rig.distortion, ...rig.pixelStd, ...rig.mount, ...rig.mountStd,
-  ]);
+  const rig = files.layout(['rig.toml'], 1, undefined, 0).rig as Monorange.Rig;
   const times = sample.times().trim().split('\n').map(Number);
-  const wheels = new files.Wheels('odometry.csv', Float64Array.from(times));
+  const wheels = sample.odometry().trim().split('\n').slice(1).map((line) => line.split(',').map(Number));
   const pictures = times.map((_: number, frame: number) => sample.picture(frame).slice(-rig.width * rig.height));
 
   /** The least time of a frame's work, over rounds, averaged over frames. */
@@ -105,13 +101,13 @@ async function measure([frames, rounds, levels, photo]: readonly [number, number
     pipeline.lines();
   })));
   const drive = (bySight: boolean) => least(() => {
-    const pipeline = new simd.Pipeline(parameters, new Uint8Array(), bySight);
+    const pipeline = new simd.Pipeline(rig, bySight);
     const spent = pictures.map((pixels: Uint8Array, frame: number) => timed(() => {
       const time = times[frame]! - times[0]!;
       pipeline.load(pixels);
       if (!bySight && frame > 0) {
-        const [seconds = 0, , v = 0, omega = 0] = wheels.between(times[frame - 1]!, times[frame]!);
-        pipeline.velocity(time, v, omega, seconds);
+        const [, v = 0, omega = 0] = wheels[frame - 1]!;
+        pipeline.velocity(time, v, omega, times[frame]! - times[frame - 1]!);
       }
       pipeline.rows();
       pipeline.lines();
@@ -138,7 +134,7 @@ async function measure([frames, rounds, levels, photo]: readonly [number, number
     cv.HoughLines(opened, lines, 1, Math.PI / 180, 60);
   })));
 
-  const extractor = new simd.Pipeline(parameters, new Uint8Array(), false);
+  const extractor = new simd.Pipeline(rig, false);
   const beside = (pictures: Uint8Array[]) => {
     // In turn, so that all meet the same machine.
     const turns = [1, 2].map(() => [extract(extractor, pictures), ...levels.map((level) => chain(pictures, level))]);
@@ -161,6 +157,6 @@ async function measure([frames, rounds, levels, photo]: readonly [number, number
     version: (/OpenCV (\S+)/i.exec(cv.getBuildInformation?.() ?? '') ?? [])[1] ?? '',
     pipeline: drive(false),
     withSift: drive(true),
-    scalar: extract(new scalar.Pipeline(parameters, new Uint8Array(), false), pictures),
+    scalar: extract(new scalar.Pipeline(rig, false), pictures),
   };
 }

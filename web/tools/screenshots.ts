@@ -63,6 +63,23 @@ test('wide', async () => {
   await page.click('[data-layer=edges]');
 });
 
+test('every size, light and dark', async () => {
+  for (const [width, height] of [[1440, 900], [1280, 720], [390, 844], [844, 390]] as const) {
+    for (const dark of [false, true]) {
+      const touch = Math.min(width, height) < 500;
+      const page = await opened({ width, height, dark, touch, scale: touch ? 2 : 1 });
+      const name = `${width}x${height}-${dark ? 'dark' : 'light'}`;
+      await shoot(page, `${name}-empty`);
+      await page.click('#sample');
+      await waitForPhase(page, 'done');
+      await shoot(page, `${name}-done`);
+      await page.click('#setup-toggle');
+      await shoot(page, `${name}-set-up`);
+      await sites.pop()!.close();
+    }
+  }
+});
+
 test('dark', async () => {
   const page = await opened({ dark: true });
   await page.click('#sample');

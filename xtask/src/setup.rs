@@ -50,6 +50,10 @@ pub(crate) fn node_modules() -> Result<()> {
 
 /// Makes sure that there is a browser for the page's tests.
 pub(crate) fn browser() -> Result<()> {
+    // A second engine is tried where there is one; on Debian it can be had.
+    if std::env::var_os("FIREFOX").is_none() && !Path::new("/usr/bin/firefox-esr").exists() {
+        let _ = debian_packages(&["firefox-esr"]);
+    }
     if std::env::var_os("CHROMIUM").is_some() || BROWSERS.iter().any(|path| Path::new(path).exists()) {
         return Ok(());
     }

@@ -2,11 +2,15 @@
 //!
 //! | module | in JavaScript |
 //! |---|---|
-//! | [`inputs`] | `rig`, `camera`, `times`, `truth`, `Wheels`: the readers of `monorange` |
+//! | [`layout`] | `layout`: what the files of a drop are to one another, read by the readers of `monorange` |
+//! | [`mount_fit`] | `fitMount`: the mount from floor points that someone clicked and measured |
 //! | [`sample`] | `Sample`: the simulated sequence, as the files that `monorange simulate` would write |
 #![warn(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
-pub mod inputs;
+pub mod kinds;
+pub mod layout;
+pub mod mount_fit;
 pub mod sample;
 
+pub use layout::Layout;
 pub use sample::Sample;

@@ -104,7 +104,10 @@ impl Sample {
     pub fn new(frames: usize, walkers: usize, seed: u32) -> Result<Self> {
         let seed = u64::from(seed);
         let scene = Scene::corridor(&SceneConfig { seed, ..SceneConfig::default() });
-        let config = SimConfig { frames, walkers, seed, ..SimConfig::default() };
+        // Half as many pictures a metre as `monorange simulate` takes: the way round the corridor, and into it again,
+        // is seen in a few seconds.
+        let interval = 2.0 * SimConfig::default().interval;
+        let config = SimConfig { frames, walkers, seed, interval, ..SimConfig::default() };
         Ok(Self { simulation: Simulation::new(scene, default_rig()?, config)? })
     }
 

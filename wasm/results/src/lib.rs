@@ -1,26 +1,19 @@
 //! What a run found, written by the command line's own writers: the same bytes, the same report.
 //!
-//! It is told of the run frame by frame, in rows of numbers as `monorange-wasm` gives them, and loads only when
-//! something is to be saved. Of six frames the report shows the picture with what was found in it: their pixels are
+//! It is given the record of a `Session` and loads only when something is to be saved. Of six frames the report shows the picture with what was found in it: their pixels are
 //! asked for ([`Results::telling_frames`]) and looked at again, by the same code that saw the same in them before.
 #![warn(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
 use core::fmt::Display;
 use monorange_core::geometry::Pose;
 use monorange_core::image::Grey;
-use monorange_core::slam::{Decision, Verdict};
 use monorange_formats::extraction::extractor;
 use monorange_formats::files::{MapPoint, Rig, Stamped, Table, memory, read_trajectory};
-use monorange_formats::report::{Observation, Run, SHOTS, shot};
+use monorange_formats::report::{Carried, Observation, Run, SHOTS, shot};
+use monorange_wasm_record::{Corner, Decision, Frame, Record};
 use nalgebra::{Matrix2, Matrix3, Vector2};
 use std::path::Path;
 use wasm_bindgen::prelude::*;
-
-/// Numbers in a row of corners.
-const CORNER_COLUMNS: usize = 11;
-/// In the order of their numbers in a corner's row.
-const DECISIONS: [Decision; 5] =
-    [Decision::Update, Decision::Birth, Decision::Gated, Decision::Tentative, Decision::Rejected];
 
 type Answer<T> = Result<T, JsError>;
 
@@ -34,7 +27,7 @@ pub fn offer(path: &str, content: Vec<u8>) {
     memory::offer(path, content);
 }
 
-/// A run, told frame by frame.
+/// A run.
 #[wasm_bindgen]
 pub struct Results {
     run: Run,
@@ -46,65 +39,14 @@ pub struct Results {
 
 #[wasm_bindgen]
 impl Results {
-    /// A run of so many frames that begins at `start` seconds, with the rig of this file.
+    /// The run of a `Session`'s record, with the rig of this file.
     ///
     /// # Errors
     /// A sentence with the line and the key at fault.
     #[wasm_bindgen(constructor)]
-    pub fn begin(title: &str, command: &str, rig: &str, frames: usize, start: f64) -> Answer<Results> {
-        Self::new(title, command, rig, frames, start).map_err(sentence)
-    }
-
-    /// Tells of a frame: pose x, y, heading; covariance var_x, cov_xy, cov_xh, var_y, cov_yh, var_h; rows of corners;
-    /// milliseconds of the stages.
-    #[wasm_bindgen(js_name = addFrame)]
-    pub fn add_frame(
-        &mut self,
-        frame: usize,
-        time: f64,
-        pose: &[f32],
-        covariance: &[f32],
-        corners: &[f32],
-        stages_ms: &[f32],
-    ) {
-        let (&[x, y, heading], &[xx, xy, xh, yy, yh, hh]) = (pose, covariance) else { return };
-        let covariance = Matrix3::new(xx, xy, xh, xy, yy, yh, xh, yh, hh).map(f64::from);
-        // As it is: wrapping again could change the last bit.
-        let pose = Pose { x: x.into(), y: y.into(), heading: heading.into() };
-        self.run.frames_used += 1;
-        self.run.trajectory.push(Stamped { time, pose, covariance: Some(covariance) });
-        let rows = corners.chunks_exact(CORNER_COLUMNS);
-        self.used.push((frame, rows.len()));
-        self.run.observations.extend(rows.filter_map(|row| observation(time, frame, row)));
-        for (stage, spent) in self.run.stages.iter_mut().zip(stages_ms) {
-            stage.times_ms.push(f64::from(*spent));
-        }
-    }
-
-    /// Tells of a frame that could not be used, in a sentence.
-    #[wasm_bindgen(js_name = leaveOut)]
-    pub fn leave_out(&mut self, reason: String) {
-        self.run.left_out.push(reason);
-    }
-
-    /// Tells of the map as rows id, x, y, var_x, cov_xy, var_y, seen, first and last time since the start; of corners
-    /// without a range, landmarks without room, and, where the motion came from the pictures, steps without a
-    /// measurement; of the filter's verdict on itself.
-    pub fn end(
-        &mut self,
-        map: &[f64],
-        without_range: u32,
-        no_room: u32,
-        unmeasured: Option<usize>,
-        verdict: &str,
-        mean_nis: f32,
-    ) {
-        self.run.map = map.chunks_exact(9).filter_map(|row| map_point(row, self.start)).collect();
-        (self.run.without_range, self.run.no_room, self.run.unmeasured) =
-            (without_range, no_room, unmeasured);
-        let named = Verdict::ALL.into_iter().find(|known| known.as_str() == verdict);
-        self.run.verdict = named.unwrap_or_default();
-        self.run.mean_nis = mean_nis;
+    pub fn begin(command: &str, rig: &str, record: &[u8]) -> Answer<Results> {
+        let record = Record::from_bytes(record).map_err(sentence)?;
+        Self::new(command, rig, &record).map_err(sentence)
     }
 
     /// Puts the truth, a laser's points and the true landmarks, of files that were offered, beside what was found.
@@ -168,16 +110,37 @@ impl Results {
     ///
     /// # Errors
     /// As [`Rig::parse`].
-    pub fn new(
-        title: &str,
-        command: &str,
-        rig: &str,
-        frames: usize,
-        start: f64,
-    ) -> Result<Self, monorange_formats::Error> {
+    pub fn new(command: &str, rig: &str, record: &Record) -> Result<Self, monorange_formats::Error> {
         let rig = Rig::parse(Path::new("rig.toml"), rig)?;
-        let run = Run::of_pictures(title.into(), command.into(), &rig, frames);
-        Ok(Self { run, rig, used: Vec::new(), start })
+        let mut run = Run::of_pictures(record.title.clone(), command.into(), &rig, record.frames);
+        let mut used = Vec::new();
+        for frame in &record.used {
+            let [xx, xy, xh, yy, yh, hh] = frame.covariance;
+            let covariance = Matrix3::new(xx, xy, xh, xy, yy, yh, xh, yh, hh).map(f64::from);
+            // As it is: wrapping again could change the last bit.
+            let [x, y, heading] = frame.pose.map(f64::from);
+            run.frames_used += 1;
+            run.trajectory.push(Stamped {
+                time: frame.time,
+                pose: Pose { x, y, heading },
+                covariance: Some(covariance),
+            });
+            let corners = frame.corners.chunks_exact(Corner::WIDTH).filter_map(Corner::of);
+            let before = run.observations.len();
+            run.observations.extend(corners.map(|corner| observation(frame, &corner)));
+            used.push((frame.index, run.observations.len() - before));
+            for (stage, spent) in run.stages.iter_mut().zip(frame.stages_ms) {
+                stage.times_ms.push(f64::from(spent));
+            }
+        }
+        run.left_out.clone_from(&record.left_out);
+        run.map = record.map.iter().map(|point| map_point(point, record.start)).collect();
+        (run.without_range, run.no_room) = (record.without_range, record.no_room);
+        run.unmeasured = record.unmeasured;
+        run.carried = record.carried.map(|[floor, free, map]| Carried { floor, free, map });
+        run.verdict = record.verdict.into();
+        run.mean_nis = record.mean_nis;
+        Ok(Self { run, rig, used, start: record.start })
     }
 
     fn shoot(&mut self, frame: usize, pixels: &[u8]) -> Result<(), monorange_formats::Error> {
@@ -211,30 +174,30 @@ fn points(path: Option<String>) -> Answer<Vec<Vector2<f64>>> {
     Ok(rows.into_iter().map(Vector2::from).collect())
 }
 
-fn observation(time: f64, frame: usize, row: &[f32]) -> Option<Observation> {
-    let [u, v, uu, uv, vv, range, bearing, _, landmark, decision, nis] = *row else { return None };
-    Some(Observation {
-        time,
-        frame,
-        pixel: Some(Vector2::new(u, v)),
-        pixel_covariance: Some(Matrix2::new(uu, uv, uv, vv)),
-        range: Some(range),
-        bearing: Some(bearing),
-        landmark: (landmark >= 0.0).then_some(landmark as u32),
-        decision: *DECISIONS.get(decision as usize)?,
-        nis: nis.is_finite().then_some(nis),
-    })
+fn observation(frame: &Frame, corner: &Corner) -> Observation {
+    let decision = Decision::of(corner.decision).unwrap_or(Decision::Rejected);
+    Observation {
+        time: frame.time,
+        frame: frame.index,
+        pixel: Some(Vector2::new(corner.u, corner.v)),
+        pixel_covariance: Some(Matrix2::new(corner.var_u, corner.cov_uv, corner.cov_uv, corner.var_v)),
+        range: Some(corner.range),
+        bearing: Some(corner.bearing),
+        landmark: corner.landmark_id(),
+        decision: decision.into(),
+        nis: corner.nis.is_finite().then_some(corner.nis),
+    }
 }
 
-fn map_point(row: &[f64], start: f64) -> Option<MapPoint> {
-    let [id, x, y, xx, xy, yy, seen, first, last] = *row else { return None };
-    Some(MapPoint {
-        id: id as u64,
+fn map_point(point: &monorange_wasm_record::MapPoint, start: f64) -> MapPoint {
+    let ([x, y], [xx, xy, yy]) = (point.position.map(f64::from), point.covariance.map(f64::from));
+    MapPoint {
+        id: point.id,
         position: Vector2::new(x, y),
         covariance: Some(Matrix2::new(xx, xy, xy, yy)),
-        seen: seen as u64,
-        first_and_last: Some([first + start, last + start]),
-    })
+        seen: point.seen,
+        first_and_last: Some(point.times.map(|time| time + start)),
+    }
 }
 
 #[cfg(test)]
@@ -244,14 +207,37 @@ mod tests {
     const RIG: &str = "[camera]\nwidth = 64\nheight = 48\nfocal = [60.0, 60.0]\nprincipal = [31.5, 23.5]\n\
         [mount]\nheight = 0.4\ntilt_deg = 12.0\n[filter]\nvariant = \"textbook\"\n";
 
+    fn record() -> Record {
+        let corner = Corner {
+            u: 20.0,
+            v: 30.0,
+            var_u: 0.1,
+            cov_uv: 0.0,
+            var_v: 0.1,
+            range: 1.5,
+            bearing: 0.1,
+            range_std: 0.01,
+            landmark: 7.0,
+            decision: Decision::Update as u32 as f32,
+            nis: 1.0,
+        };
+        let mut rows = Vec::new();
+        corner.push(&mut rows);
+        let frame = |(index, corners): (usize, usize)| Frame {
+            index,
+            time: 0.5,
+            pose: [0.1, -2.0, 0.0],
+            covariance: [1.0, 0.0, 0.0, 1.0, 0.0, 1.0],
+            corners: rows.repeat(corners),
+            stages_ms: [1.0; 5],
+        };
+        let used = [(0, 1), (1, 0), (2, 2), (3, 2)].map(frame).to_vec();
+        let (title, frames, start) = ("a drive".to_owned(), 12, 0.5);
+        Record { title, frames, start, used, ..Record::default() }
+    }
+
     fn results() -> Results {
-        let mut results = Results::new("a drive", "test", RIG, 12, 0.5).unwrap();
-        for (frame, corners) in [(0, 1), (1, 0), (2, 2), (3, 2)] {
-            let row = [20.0, 30.0, 0.1, 0.0, 0.1, 1.5, 0.1, 0.01, 7.0, 0.0, 1.0];
-            let covariance = [1.0, 0.0, 0.0, 1.0, 0.0, 1.0];
-            results.add_frame(frame, 0.5, &[0.1, -2.0, 0.0], &covariance, &row.repeat(corners), &[1.0; 5]);
-        }
-        results
+        Results::new("test", RIG, &record()).unwrap()
     }
 
     fn written(results: &Results, name: &str) -> String {
@@ -268,9 +254,15 @@ mod tests {
 
     #[test]
     fn a_map_has_a_line_a_landmark_on_the_clock_of_the_frames() {
-        let mut results = results();
-        results.end(&[7.0, 1.0, 2.0, 0.1, 0.0, 0.2, 3.0, 0.5, 1.5], 0, 0, None, "consistent", 1.0);
-        assert_eq!(written(&results, "map.csv").lines().nth(1), Some("7,1,2,0.1,0,0.2,3,1,2"));
+        let point = monorange_wasm_record::MapPoint {
+            id: 7,
+            position: [1.0, 2.0],
+            covariance: [0.25, 0.0, 0.5],
+            seen: 3,
+            times: [0.5, 1.5],
+        };
+        let results = Results::new("test", RIG, &Record { map: vec![point], ..record() }).unwrap();
+        assert_eq!(written(&results, "map.csv").lines().nth(1), Some("7,1,2,0.25,0,0.5,3,1,2"));
         assert!(written(&results, "map.ply").starts_with("ply\n"));
     }
 

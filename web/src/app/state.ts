@@ -1,6 +1,6 @@
 /** What the page shows; every view draws itself from this and nothing else. */
-import type { FrameResult, SequenceInfo } from '../engine/protocol.ts';
-import type { Rig } from '../setup/rig.ts';
+import type { FrameResult, SequenceInfo } from '../model/protocol.ts';
+import type { Rig } from '../model/rig.ts';
 
 export type Phase = 'starting' | 'empty' | 'opening' | 'running' | 'done' | 'cancelled' | 'live';
 

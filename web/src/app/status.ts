@@ -1,8 +1,9 @@
 /** The status line: always says in words what is going on; read out seldom enough to be followed. */
-import { tally } from '../timeline/timeline.ts';
+import { tally } from '../model/tally.ts';
 import { byId } from './dom.ts';
 import { resultOf, type State, type Store } from './state.ts';
-import { count, milliseconds, plusMinus, timeLeft } from './units.ts';
+import { guessWords } from '../model/rig.ts';
+import { count, milliseconds, plusMinus, timeLeft } from '../model/units.ts';
 
 /** Read out at most this often. */
 const SPOKEN_EVERY_MS = 4000;
@@ -27,7 +28,8 @@ export function statusSentence(state: Readonly<State>): string {
   if (phase === 'starting') return 'Starting.';
   if (phase === 'opening') return 'Looking at the files.';
   if (phase === 'empty' || !sequence) {
-    return 'Point at the floor for its range; click twice to measure. Drop pictures, a folder or a video to begin.';
+    return touches() ? 'Tap the floor for its range, hold to look closer; a second tap measures. Open pictures or a video to begin.'
+      : 'Point at the floor for its range; click twice to measure. Drop pictures, a folder or a video to begin.';
   }
   const total = sequence.frames.length;
   const parts = [frameSentence(state, total)];
@@ -35,8 +37,10 @@ export function statusSentence(state: Readonly<State>): string {
     const left = state.secondsLeft === null ? '' : `, ${timeLeft(state.secondsLeft)}`;
     parts.push(`working: ${results.length} of ${count(total, 'frame')}${left}`);
   } else if (phase === 'cancelled') parts.push(`cancelled after ${count(results.length, 'frame')}`);
+  else if (phase === 'done' && sequence.name === 'Camera') parts.push('kept from the camera');
   else if (phase === 'live') parts.push('live');
-  if (state.rig.guessed) parts.push('camera not calibrated: ranges are a guess');
+  const guess = guessWords(state.rig);
+  if (guess) parts.push(`${guess}, and so are the ranges`);
   return parts.filter(Boolean).join(' · ');
 }
 
@@ -51,5 +55,10 @@ function frameSentence(state: Readonly<State>, total: number): string {
   const words = what.filter(([number]) => number > 0).map(([number, name]) => `${number} ${name}`);
   const time = result.stages.slice(1).reduce((sum, stage) => sum + stage, 0);
   const std = Math.sqrt(Math.max(result.covariance[0] ?? 0, result.covariance[3] ?? 0));
-  return `${frame} · ${[corners, ...words].join(', ')} · ${milliseconds(time)} · position ${plusMinus(std)}`;
+  return `${frame} · ${[corners, ...words].join(', ')} · ${milliseconds(time)} · position ${plusMinus(std)}${guessWords(state.rig) ? ' (from a guess)' : ''}`;
+}
+
+/** Whether the person points with a finger. */
+export function touches(): boolean {
+  return matchMedia('(pointer: coarse)').matches;
 }

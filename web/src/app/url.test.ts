@@ -1,5 +1,5 @@
 import { expect, test } from 'vitest';
-import { guessedRig } from '../setup/rig.ts';
+import { guessedRig } from '../model/rig.ts';
 import { hashOf, withHash } from './url.ts';
 
 test('settings go through the address and back', () => {

@@ -1,12 +1,14 @@
 /** The camera's picture with everything that is known about it, and the pointer's range. */
 import { byId } from '../app/dom.ts';
+import { decisionWords } from '../app/result.ts';
 import { resultOf, type Pixel, type State, type Store } from '../app/state.ts';
-import { bearing, metres } from '../app/units.ts';
-import { CORNER, DECISION_NAMES } from '../engine/protocol.ts';
+import { bearing, metres } from '../model/units.ts';
+import { CORNER } from '../model/protocol.ts';
+import { guessWords } from '../model/rig.ts';
 import { palette } from '../theme/palette.ts';
 import { Canvas } from '../views/canvas.ts';
 import { listen } from '../views/gestures.ts';
-import { Viewport, type Point } from '../views/viewport.ts';
+import { Viewport, type Box, type Point } from '../views/viewport.ts';
 import { Ground } from './ground.ts';
 import * as overlay from './overlay.ts';
 
@@ -25,6 +27,8 @@ export class CameraView {
   #floorGround: Ground | null = null;
   /** The person has moved the picture; it is fitted no more. */
   #moved = false;
+  /** Where a finger rests. */
+  #held: Point | null = null;
 
   constructor(store: Store) {
     this.#store = store;
@@ -32,8 +36,13 @@ export class CameraView {
     listen(this.canvas.element, {
       pan: (dx, dy) => this.#move(() => this.#viewport.pan(dx, dy)),
       zoom: (factor, at) => this.#move(() => this.#viewport.zoom(factor, at, this.#least(), 60)),
-      tap: (at) => this.#tap(at),
+      tap: (at, byTouch) => this.#tap(at, byTouch),
       hover: (at) => store.set({ pointer: at && this.#pixel(at) }),
+      hold: (at) => {
+        this.#held = at;
+        if (at) store.set({ pointer: this.#pixel(at) });
+        this.canvas.redraw();
+      },
     });
     this.canvas.element.addEventListener('keydown', (event) => this.#key(event));
     byId('camera-fit').addEventListener('click', () => this.fit());
@@ -74,14 +83,19 @@ export class CameraView {
 
   #fit(): void {
     if (this.#moved) return;
+    this.#viewport.fit(this.#box(), this.canvas.width, this.canvas.height, 0);
+  }
+
+  /** The whole picture. */
+  #box(): Box {
     const { width, height } = this.#store.state.rig;
-    const box = { left: -0.5, right: width - 0.5, low: -0.5, high: height - 0.5 };
-    this.#viewport.fit(box, this.canvas.width, this.canvas.height, 0);
+    return { left: -0.5, right: width - 0.5, low: -0.5, high: height - 0.5 };
   }
 
   #move(change: () => void): void {
     this.#moved = true;
     change();
+    this.#viewport.keep(this.#box(), this.canvas.width, this.canvas.height);
     this.canvas.redraw();
   }
 
@@ -90,8 +104,11 @@ export class CameraView {
     return { u: x, v: y };
   }
 
-  #tap(at: Point): void {
-    this.#mark(this.#pixel(at));
+  #tap(at: Point, byTouch: boolean): void {
+    const pixel = this.#pixel(at);
+    // A finger is gone when it has tapped: what it pointed at stays on show.
+    if (byTouch) this.#store.set({ pointer: pixel });
+    this.#mark(pixel);
   }
 
   /** A press on the picture: a known point while those are picked, a landmark's corner, an end of the tape. */
@@ -105,7 +122,7 @@ export class CameraView {
       return;
     }
     const corner = this.#cornerAt(state, pixel);
-    const landmark = corner === null ? -1 : (resultOf(state)?.corners[corner + CORNER.landmark] ?? -1);
+    const landmark = corner === null ? -1 : (resultOf(state)?.corners[corner + CORNER.Landmark] ?? -1);
     if (landmark >= 0 && state.tape.length !== 1) {
       this.#store.set({ selected: state.selected === landmark ? null : landmark });
       return;
@@ -134,7 +151,7 @@ export class CameraView {
     const result = resultOf(state);
     let best: number | null = null;
     let least = REACH_PX / this.#viewport.scale;
-    for (let row = 0; result && row < result.corners.length; row += CORNER.width) {
+    for (let row = 0; result && row < result.corners.length; row += CORNER.Width) {
       const [du, dv] = [(result.corners[row] ?? 0) - pixel.u, (result.corners[row + 1] ?? 0) - pixel.v];
       const distance = Math.hypot(du, dv);
       if (distance < least) [best, least] = [row, distance];
@@ -149,21 +166,32 @@ export class CameraView {
   }
 
   #readoutText(state: Readonly<State>): string {
+    return [this.#pointed(state), this.#tapeWords(state)].filter(Boolean).join(' · ');
+  }
+
+  #tapeWords({ tape }: Readonly<State>): string {
+    const [from, to] = tape;
+    const measured = from && to && this.#ground?.tape(from, to);
+    return measured ? `tape ${metres(measured.distance, measured.std)}` : '';
+  }
+
+  #pointed(state: Readonly<State>): string {
     const { pointer, rig } = state;
     if (!pointer || !this.#ground) return '';
     if (pointer.u < -0.5 || pointer.v < -0.5 || pointer.u > rig.width - 0.5 || pointer.v > rig.height - 0.5) return '';
     const corner = this.#cornerAt(state, pointer);
     if (corner !== null) {
-      const row = resultOf(state)?.corners.subarray(corner, corner + CORNER.width) ?? new Float32Array();
-      const name = (row[CORNER.landmark] ?? -1) >= 0 ? `Corner ${row[CORNER.landmark]}` : 'Corner';
-      const decision = DECISION_NAMES[row[CORNER.decision] ?? 0] ?? '';
-      const nis = (row[CORNER.nis] ?? NaN) >= 0 ? ` (NIS ${(row[CORNER.nis] ?? 0).toFixed(1)})` : '';
-      return `${name}: ${metres(row[CORNER.range] ?? 0, row[CORNER.rangeStd])}, ${bearing(row[CORNER.bearing] ?? 0)} · ${decision}${nis}`;
+      const row = resultOf(state)?.corners.subarray(corner, corner + CORNER.Width) ?? new Float32Array();
+      const name = (row[CORNER.Landmark] ?? -1) >= 0 ? `Corner ${row[CORNER.Landmark]}` : 'Corner';
+      const decision = decisionWords(row[CORNER.Decision] ?? 0);
+      const nis = (row[CORNER.Nis] ?? NaN) >= 0 ? ` (NIS ${(row[CORNER.Nis] ?? 0).toFixed(1)})` : '';
+      return `${name}: ${metres(row[CORNER.Range] ?? 0, row[CORNER.RangeStd])}, ${bearing(row[CORNER.Bearing] ?? 0)} · ${decision}${nis}`;
     }
     const seen = this.#ground.sight(pointer.u, pointer.v);
     if (typeof seen === 'string') return seen === 'above the horizon' ? 'Above the horizon: no floor here' : `No range: ${seen}`;
     const words = `${metres(seen.range, seen.rangeStd)}, ${bearing(seen.bearing)}`;
-    return rig.guessed ? `${words} (camera guessed)` : words;
+    const guess = guessWords(rig);
+    return guess ? `${words} (${guess})` : words;
   }
 
   #draw(context: CanvasRenderingContext2D): void {
@@ -204,6 +232,7 @@ export class CameraView {
       const at = viewport.toScreen(state.pointer.u, state.pointer.v);
       overlay.drawCrosshair(scene, at.x, at.y);
     }
+    if (this.#held && picture) overlay.drawMagnifier(scene, picture, this.#pixel(this.#held), this.#held);
   }
 
   /** Grid and horizon, which stay as they are while pictures go by: drawn once for a view of a rig. */

@@ -1,6 +1,6 @@
 /** The rig on show as a range finder, with its outlines; made anew when the rig changes. */
 import { RangeFinder, Status, type Sighting } from 'monorange-wasm';
-import { type Rig, parameters } from '../setup/rig.ts';
+import { GUESSED_FOCAL_STD, type Rig } from '../model/rig.ts';
 
 export interface Seen {
   range: number;
@@ -17,11 +17,24 @@ const REASONS: Record<number, string> = {
   [Status.OutsideLensModel]: 'outside the lens model',
 };
 
-type Twelve = [number, number, number, number, number, number, number, number, number, number, number, number];
+/** Lines of the floor grid that are drawn ahead of the robot. */
+export const GRID_LINES = 20;
+
+function look(finder: RangeFinder, u: number, v: number): Seen | string {
+  const seen: Sighting = finder.sight(u, v);
+  const answer =
+    seen.status === Status.Ok
+      ? { range: seen.range, bearing: seen.bearing, rangeStd: seen.range_std, bearingStd: seen.bearing_std, x: seen.x, y: seen.y }
+      : (REASONS[seen.status] ?? 'no range');
+  seen.free();
+  return answer;
+}
 
 export class Ground {
   readonly rig: Rig;
   readonly #finder: RangeFinder;
+  /** Of a guessed camera: the same rig with a focal length one standard deviation longer. */
+  readonly #longer: RangeFinder | null;
   #horizon: Float32Array | null = null;
   #grid: { spacing: number; rows: Float32Array } | null = null;
   #footprint: Float32Array | null = null;
@@ -29,23 +42,26 @@ export class Ground {
   /** Throws a sentence that names the parameter at fault. */
   constructor(rig: Rig) {
     this.rig = rig;
-    this.#finder = new RangeFinder(parameters(rig));
+    this.#finder = new RangeFinder(rig);
+    const [u, v] = rig.focal.map((focal) => focal * (1 + GUESSED_FOCAL_STD)) as [number, number];
+    this.#longer = rig.guessed ? new RangeFinder({ ...rig, focal: [u, v] }) : null;
   }
 
-  /** What a pixel measures, or why it measures nothing. */
+  /** What a pixel measures, or why it measures nothing; ± holds the pixel's noise, the mount's error and, of a guessed camera, the guess's. */
   sight(u: number, v: number): Seen | string {
-    const seen: Sighting = this.#finder.sight(u, v);
-    const answer =
-      seen.status === Status.Ok
-        ? { range: seen.range, bearing: seen.bearing, rangeStd: seen.range_std, bearingStd: seen.bearing_std, x: seen.x, y: seen.y }
-        : (REASONS[seen.status] ?? 'no range');
-    seen.free();
-    return answer;
+    const seen = look(this.#finder, u, v);
+    const longer = this.#longer && look(this.#longer, u, v);
+    if (typeof seen === 'string' || longer === null) return seen;
+    // Where the longer focal length sees no floor at all, nothing is known of the range.
+    const off = typeof longer === 'string' ? { range: seen.range, bearing: 0 } : { range: longer.range - seen.range, bearing: longer.bearing - seen.bearing };
+    return { ...seen, rangeStd: Math.hypot(seen.rangeStd, off.range), bearingStd: Math.hypot(seen.bearingStd, off.bearing) };
   }
 
   tape(a: { u: number; v: number }, b: { u: number; v: number }): { distance: number; std: number } | null {
-    const measured = this.#finder.tape(a.u, a.v, b.u, b.v);
-    return measured ? { distance: measured[0] ?? 0, std: measured[1] ?? 0 } : null;
+    const [distance, std] = this.#finder.tape(a.u, a.v, b.u, b.v) ?? [];
+    if (distance === undefined || std === undefined) return null;
+    const longer = this.#longer ? (this.#longer.tape(a.u, a.v, b.u, b.v)?.[0] ?? 2 * distance) : distance;
+    return { distance, std: Math.hypot(std, longer - distance) };
   }
 
   /** The pixel that sees a floor point of the robot's frame. */
@@ -54,10 +70,20 @@ export class Ground {
     return pixel ? { u: pixel[0] ?? 0, v: pixel[1] ?? 0 } : null;
   }
 
-  /** The mount from known points; throws a sentence where they do not determine it. */
-  fit(points: { u: number; v: number; x: number; y: number }[]): Twelve {
-    const rows = Float64Array.from(points.flatMap(({ u, v, x, y }) => [u, v, x, y]));
-    return [...this.#finder.fitMount(rows)] as Twelve;
+  /** Metres between grid lines: 1, 2 or 5 times a power of ten, so that a few are seen between the picture's lower edge and the far floor. */
+  get spacing(): number {
+    const { width, height } = this.rig;
+    const [near, far] = [0.97, 0.5].map((share) => this.#rangeBelow(width / 2, height, share));
+    const nearest = near ?? far ?? 4 * this.rig.mount.height;
+    const wanted = Math.max(0.7 * nearest, 0.002);
+    const power = 10 ** Math.floor(Math.log10(wanted));
+    return ([1, 2, 5].find((digit) => digit * power >= wanted * 0.999) ?? 10) * power;
+  }
+
+  /** The range at a share of the picture's height. */
+  #rangeBelow(u: number, height: number, share: number): number | null {
+    const seen = look(this.#finder, u, height * share - 0.5);
+    return typeof seen === 'string' ? null : seen.range;
   }
 
   /** Rows u, v. */
@@ -68,7 +94,7 @@ export class Ground {
   /** Rows u, v, range; a line ends with NaN, NaN, its distance ahead (NaN along the robot's axis). */
   grid(spacing: number): Float32Array {
     if (this.#grid?.spacing !== spacing) {
-      this.#grid = { spacing, rows: this.#finder.grid(spacing, spacing * 20) };
+      this.#grid = { spacing, rows: this.#finder.grid(spacing, spacing * GRID_LINES) };
     }
     return this.#grid.rows;
   }
@@ -80,5 +106,6 @@ export class Ground {
 
   free(): void {
     this.#finder.free();
+    this.#longer?.free();
   }
 }

@@ -17,13 +17,13 @@ interface Layer {
 const CAMERA: Layer[] = [
   { name: 'picture', label: 'Picture', glyph: 'picture', colour: 'quiet', hint: 'The camera’s picture' },
   { name: 'corners', label: 'Seen', glyph: 'dot', colour: 'seen', hint: 'Floor corners that were seen' },
-  { name: 'ranges', label: 'Ranges', glyph: 'text', colour: 'text', hint: 'Number, range and ±σ of each corner' },
+  { name: 'ranges', label: 'Ranges', glyph: 'text', colour: 'text', hint: 'Number, range and ±σ of each corner: the pixel’s noise and the mount’s error together' },
   { name: 'predicted', label: 'Predicted', glyph: 'ellipse', colour: 'predicted', hint: 'Where the map expects its landmarks: 2σ' },
   { name: 'refused', label: 'Refused', glyph: 'ring', colour: 'refused', hint: 'Corners that were refused; point at one for the reason' },
   { name: 'edges', label: 'Edges', glyph: 'dots', colour: 'predicted', hint: 'Edge points: what lines are looked for in', off: true },
   { name: 'lines', label: 'Lines', glyph: 'line', colour: 'seen', hint: 'Straight lines found' },
   { name: 'horizon', label: 'Horizon', glyph: 'dashed', colour: 'text', hint: 'The horizon' },
-  { name: 'grid', label: 'Grid', glyph: 'grid', colour: 'quiet', hint: 'Floor grid of 1 m, bold every 5 m' },
+  { name: 'grid', label: 'Grid', glyph: 'grid', colour: 'quiet', hint: 'Floor grid, its spacing by how far the picture sees; bold every fifth line' },
 ];
 
 const MAP: Layer[] = [

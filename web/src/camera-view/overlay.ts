@@ -1,10 +1,10 @@
 /** What is drawn over the picture. All coordinates go from pixels to the screen through the viewport. */
-import { CORNER, DECISION, LINE, PREDICTED, type FrameResult } from '../engine/protocol.ts';
+import { CORNER, DECISION, LINE, PREDICTED, type FrameResult } from '../model/protocol.ts';
 import type { Palette } from '../theme/palette.ts';
 import { ellipseOf } from '../views/ellipse.ts';
 import { font } from '../views/canvas.ts';
 import type { Viewport } from '../views/viewport.ts';
-import type { Ground } from './ground.ts';
+import { GRID_LINES, type Ground } from './ground.ts';
 import { place, type Wanted } from './labels.ts';
 
 export interface Scene {
@@ -15,17 +15,9 @@ export interface Scene {
   height: number;
 }
 
-/** Floor grid over any picture: light lines with a dark edge. */
-const GRID_REACH = 20;
-
-/** Metres between grid lines: 1 m, finer where the camera is so low that it sees less than a few metres. */
-export function gridSpacing(cameraHeight: number): number {
-  return cameraHeight < 0.02 ? 0.01 : cameraHeight < 0.12 ? 0.1 : 1;
-}
-
 export function drawGrid(scene: Scene, ground: Ground): void {
   const { context } = scene;
-  const spacing = gridSpacing(ground.rig.mount.height);
+  const { spacing } = ground;
   const rows = ground.grid(spacing);
   const labels: { text: string; x: number; y: number }[] = [];
   context.save();
@@ -51,9 +43,9 @@ const FADE_STEPS = 12;
 
 /** One line of the grid, fading with distance: light with a dark edge. */
 function strokeFading({ context, viewport }: Scene, vertices: Float32Array, spacing: number, bold: boolean): void {
-  const step = (at: number) => Math.ceil(FADE_STEPS * Math.max(0, 1 - (vertices[at + 2] ?? 0) / (GRID_REACH * spacing)));
+  const step = (at: number) => Math.ceil(FADE_STEPS * Math.max(0, 1 - (vertices[at + 2] ?? 0) / (GRID_LINES * spacing)));
   const stroke = (level: number) => {
-    const alpha = (level / FADE_STEPS) ** 2 * (bold ? 0.8 : 0.42);
+    const alpha = (level / FADE_STEPS) ** 2 * (bold ? 0.9 : 0.55);
     context.strokeStyle = `rgb(0 0 0 / ${alpha * 0.5})`;
     context.lineWidth = bold ? 2.8 : 2;
     context.stroke();
@@ -75,10 +67,10 @@ function strokeFading({ context, viewport }: Scene, vertices: Float32Array, spac
   if (level > 0) stroke(level);
 }
 
-/** 1 to 5, and 10: farther ones would meet one another and the horizon. */
+/** 1 to 5, 10 and 20 lines: farther ones would meet one another and the horizon. */
 function isLabelled(lines: number): boolean {
   const line = Math.round(lines);
-  return (line > 0 && line <= 5) || line === 10;
+  return (line > 0 && line <= 5) || line === 10 || line === 20;
 }
 
 /** The vertex of a line that is nearest to straight ahead: the one of least range. */
@@ -93,7 +85,7 @@ function middleOf(rows: Float32Array, start: number, end: number): { u: number; 
 }
 
 function drawGridLabels({ context, width, height }: Scene, labels: { text: string; x: number; y: number }[]): void {
-  context.font = font(11, 500);
+  context.font = font(12, 550);
   context.textAlign = 'center';
   context.textBaseline = 'bottom';
   let lowest = Infinity;
@@ -146,8 +138,8 @@ export function drawLines(scene: Scene, result: FrameResult): void {
   const { context, viewport, colours } = scene;
   for (const [colour, width] of [['rgb(0 0 0 / 40%)', 2.6], [colours.seen, 1.2]] as const) {
     context.beginPath();
-    for (let row = 0; row < result.lines.length; row += LINE.width) {
-      const [u0, v0, u1, v1] = result.lines.subarray(row, row + LINE.width) as unknown as [number, number, number, number];
+    for (let row = 0; row < result.lines.length; row += LINE.Width) {
+      const [u0, v0, u1, v1] = result.lines.subarray(row, row + LINE.Width) as unknown as [number, number, number, number];
       const [a, b] = [viewport.toScreen(u0, v0), viewport.toScreen(u1, v1)];
       context.moveTo(a.x, a.y);
       context.lineTo(b.x, b.y);
@@ -161,18 +153,18 @@ export function drawLines(scene: Scene, result: FrameResult): void {
 export function drawPredicted(scene: Scene, result: FrameResult, selected: number | null): void {
   const { context, viewport, colours } = scene;
   const rows = result.predicted;
-  for (let row = 0; row < rows.length; row += PREDICTED.width) {
+  for (let row = 0; row < rows.length; row += PREDICTED.Width) {
     const column = (name: keyof typeof PREDICTED) => rows[row + PREDICTED[name]] ?? 0;
-    const at = viewport.toScreen(column('u'), column('v'));
-    const { major, minor, angle } = ellipseOf(column('varU'), column('covUV'), column('varV'), 2);
-    const lit = selected === column('landmark');
+    const at = viewport.toScreen(column('U'), column('V'));
+    const { major, minor, angle } = ellipseOf(column('VarU'), column('CovUv'), column('VarV'), 2);
+    const lit = selected === column('Landmark');
     context.beginPath();
     const [rx, ry] = [Math.max(2, major * viewport.scale), Math.max(2, minor * viewport.scale)];
     context.ellipse(at.x, at.y, rx, ry, angle, 0, 2 * Math.PI);
-    const corner = column('corner');
+    const corner = column('Corner');
     if (corner >= 0) {
-      const seen = corner * CORNER.width;
-      const to = viewport.toScreen(result.corners[seen + CORNER.u] ?? 0, result.corners[seen + CORNER.v] ?? 0);
+      const seen = corner * CORNER.Width;
+      const to = viewport.toScreen(result.corners[seen + CORNER.U] ?? 0, result.corners[seen + CORNER.V] ?? 0);
       context.moveTo(at.x, at.y);
       context.lineTo(to.x, to.y);
     }
@@ -187,18 +179,18 @@ export function drawPredicted(scene: Scene, result: FrameResult, selected: numbe
 
 /** A refused corner. */
 export function isRefused(decision: number): boolean {
-  return decision === DECISION.gated || decision === DECISION.rejected;
+  return decision === DECISION.Gated || decision === DECISION.Rejected;
 }
 
 export function drawCorners(scene: Scene, result: FrameResult, seen: boolean, refused: boolean, selected: number | null): void {
   const { context, viewport, colours } = scene;
   const rows = result.corners;
-  for (let row = 0; row < rows.length; row += CORNER.width) {
-    const decision = rows[row + CORNER.decision] ?? 0;
+  for (let row = 0; row < rows.length; row += CORNER.Width) {
+    const decision = rows[row + CORNER.Decision] ?? 0;
     const hollow = isRefused(decision);
     if (hollow ? !refused : !seen) continue;
-    const at = viewport.toScreen(rows[row + CORNER.u] ?? 0, rows[row + CORNER.v] ?? 0);
-    const lit = selected !== null && rows[row + CORNER.landmark] === selected;
+    const at = viewport.toScreen(rows[row + CORNER.U] ?? 0, rows[row + CORNER.V] ?? 0);
+    const lit = selected !== null && rows[row + CORNER.Landmark] === selected;
     const radius = lit ? 6.5 : 4;
     context.beginPath();
     context.arc(at.x, at.y, radius, 0, 2 * Math.PI);
@@ -215,7 +207,7 @@ export function drawCorners(scene: Scene, result: FrameResult, seen: boolean, re
       context.fillStyle = colours.seen;
       context.fill();
       // New landmarks carry the map's ring, so that colour is not the only sign.
-      if (decision === DECISION.birth) {
+      if (decision === DECISION.Birth) {
         context.beginPath();
         context.arc(at.x, at.y, radius + 3, 0, 2 * Math.PI);
         context.strokeStyle = colours.mapped;
@@ -231,22 +223,22 @@ export function drawRanges(scene: Scene, result: FrameResult): void {
   const { context, viewport, width, height } = scene;
   const rows = result.corners;
   const order: number[] = [];
-  for (let row = 0; row < rows.length; row += CORNER.width) {
-    if (!isRefused(rows[row + CORNER.decision] ?? 0)) order.push(row);
+  for (let row = 0; row < rows.length; row += CORNER.Width) {
+    if (!isRefused(rows[row + CORNER.Decision] ?? 0)) order.push(row);
   }
-  order.sort((a, b) => (rows[a + CORNER.range] ?? 0) - (rows[b + CORNER.range] ?? 0));
-  context.font = font(11.5, 550);
+  order.sort((a, b) => (rows[a + CORNER.Range] ?? 0) - (rows[b + CORNER.Range] ?? 0));
+  context.font = font(12.5, 550);
   context.textAlign = 'left';
   context.textBaseline = 'middle';
   const texts = order.map((row) => {
-    const landmark = rows[row + CORNER.landmark] ?? -1;
-    const range = `${(rows[row + CORNER.range] ?? 0).toFixed(2)} ±${(rows[row + CORNER.rangeStd] ?? 0).toFixed(2)} m`;
+    const landmark = rows[row + CORNER.Landmark] ?? -1;
+    const range = `${(rows[row + CORNER.Range] ?? 0).toFixed(2)} ±${(rows[row + CORNER.RangeStd] ?? 0).toFixed(2)} m`;
     return landmark >= 0 ? `${landmark} · ${range}` : range;
   });
   const wanted: Wanted[] = order.map((row, index) => ({
-    ...viewport.toScreen(rows[row + CORNER.u] ?? 0, rows[row + CORNER.v] ?? 0),
+    ...viewport.toScreen(rows[row + CORNER.U] ?? 0, rows[row + CORNER.V] ?? 0),
     width: context.measureText(texts[index] ?? '').width + 8,
-    height: 17,
+    height: 18,
   }));
   place(wanted, width, height).forEach((at, index) => {
     const label = wanted[index];
@@ -322,4 +314,30 @@ export function drawCrosshair({ context, width, height }: Scene, x: number, y: n
     context.lineWidth = line;
     context.stroke();
   }
+}
+
+/** What is under a finger, larger and beside it. */
+export function drawMagnifier({ context, viewport, width }: Scene, picture: ImageBitmap, pixel: { u: number; v: number }, finger: { x: number; y: number }): void {
+  const radius = 58;
+  const factor = Math.max(3 * viewport.scale, 4);
+  const x = Math.min(width - radius - 4, Math.max(radius + 4, finger.x));
+  // Above the finger, or below it where there is no room.
+  const y = finger.y - radius - 46 > radius * 0.3 ? finger.y - radius - 46 : finger.y + radius + 46;
+  context.save();
+  context.beginPath();
+  context.arc(x, y, radius, 0, 2 * Math.PI);
+  context.fillStyle = '#3a4047';
+  context.fill();
+  context.save();
+  context.clip();
+  context.imageSmoothingEnabled = false;
+  context.drawImage(picture, x - (pixel.u + 0.5) * factor, y - (pixel.v + 0.5) * factor, picture.width * factor, picture.height * factor);
+  context.restore();
+  for (const [stroke, line] of [['rgb(0 0 0 / 60%)', 4], ['#ffffff', 2]] as const) {
+    context.strokeStyle = stroke;
+    context.lineWidth = line;
+    context.stroke();
+  }
+  drawCrosshair({ context, viewport, width, height: width } as Scene, x, y);
+  context.restore();
 }

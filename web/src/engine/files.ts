@@ -1,5 +1,14 @@
-/** The second WebAssembly module: file formats and the sample, loaded when first needed. */
+/** The modules that load when they are first needed: file formats and the sample, rare pictures. */
+import { init as initPipeline, Pipeline, type Rig } from 'monorange-wasm';
+import { init as initSession, type Readers } from 'monorange-wasm-session';
+import type { FittedMount } from '../model/protocol.ts';
+
 export type Files = typeof import('monorange-wasm-files');
+
+/** Makes the modules ready that every sequence needs. */
+export async function init(): Promise<void> {
+  await Promise.all([initPipeline(), initSession()]);
+}
 
 let loading: Promise<Files> | undefined;
 
@@ -9,4 +18,38 @@ export function loadFiles(): Promise<Files> {
     return files;
   });
   return loading;
+}
+
+/** What a session reads files with. */
+export async function readers(): Promise<Readers> {
+  const { wants, offer, layout, sizeOf } = await loadFiles();
+  return {
+    wants, offer, decode, pipeline,
+    layout: layout as Readers['layout'],
+    sizeOf: (head) => sizeOf(head) as Uint32Array | undefined,
+  };
+}
+
+export function pipeline(rig: Rig, byPictures: boolean): Pipeline {
+  return new Pipeline(rig, byPictures);
+}
+
+/** The mount from rows u, v, x, y of clicked points; throws a sentence where they do not determine it. */
+export async function fit(rig: Rig, rows: Float64Array): Promise<FittedMount> {
+  const fitted = (await loadFiles()).fitMount(rig, rows);
+  const { height, tilt, roll, yaw, rms, correlation } = fitted;
+  const std = { height: fitted.height_std, tilt: fitted.tilt_std, roll: fitted.roll_std, yaw: fitted.yaw_std };
+  fitted.free();
+  return { mount: { height, tilt, roll, yaw }, std, rms, correlation };
+}
+
+async function decode(file: Uint8Array) {
+  const pictures = await import('monorange-wasm-pictures');
+  await pictures.init();
+  const picture = new pictures.Picture(file);
+  try {
+    return { width: picture.width, height: picture.height, pixels: picture.rgba() };
+  } finally {
+    picture.free();
+  }
 }

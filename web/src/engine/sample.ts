@@ -1,6 +1,6 @@
 /** The sample: a simulated drive as the files that `monorange simulate` writes, made when they are read. */
+import type { Source } from 'monorange-wasm-session';
 import { loadFiles } from './files.ts';
-import type { Source } from './sequence.ts';
 
 export async function sampleFiles(frames: number, walkers: number, seed: number): Promise<Source[]> {
   const { Sample } = await loadFiles();

@@ -1,47 +1,44 @@
-/** The worker: every file is read, every picture decoded and every number computed here. */
-import { init } from 'monorange-wasm';
-import { type Picture, bitmapOf, pixelsOf } from '../sequence/picture.ts';
-import { guessedRig } from '../setup/rig.ts';
-import { kindOf } from '../sequence/kinds.ts';
-import type { CallName, Calls, Reply, Request, SequenceInfo, SourceFile } from './protocol.ts';
-import { run, Stepper } from './run.ts';
+/** The worker: here a session reads every file, decodes every picture and computes every number; this file carries messages. */
+import type { Rig } from 'monorange-wasm';
+import { Session, type FrameResult, type Source } from 'monorange-wasm-session';
+import type { CallName, Calls, RawPicture, Reply, Request, SequenceInfo, SourceFile } from '../model/protocol.ts';
+import { guessedRig } from '../model/rig.ts';
+import { fit, init, loadFiles, readers } from './files.ts';
+import { preview } from './preview.ts';
 import { sampleFiles } from './sample.ts';
-import { Sequence, type Frame, type Source, type Stream } from './sequence.ts';
-import { write, type Written } from './write.ts';
+import { write } from './write.ts';
 
-let sequence: Sequence | null = null;
-/** What the sequence was opened from. */
+type Opening = (sources: Source[], fresh: number) => Promise<Session>;
+
+let session: Session | null = null;
+/** What the sequence was opened from, and how. */
 let sources: Source[] = [];
-let stream: Stream | null = null;
-/** The run that may go on; any other one ends at its next picture. */
-let running = -1;
-let live: Stepper | null = null;
-/** Looks at single pictures, beside the run. */
-let viewer: Stepper | null = null;
-let written: Written | null = null;
-const wanted = new Map<number, (picture: ImageBitmap | null) => void>();
+let reopen: Opening | null = null;
+/** The rig of the last run, which its results are written with. */
+let ranWith: Rig | null = null;
+const wanted = new Map<number, (picture: RawPicture | null) => void>();
 let nextWanted = 0;
 
 function post(reply: Reply, transfer: Transferable[] = []): void {
   (self as unknown as Worker).postMessage(reply, transfer);
 }
 
+function imageOf({ width, height, pixels }: RawPicture): ImageData {
+  return new ImageData(pixels, width, height);
+}
+
 /** A frame that only the page can decode: of a video. */
-function fromPage(frame: number): Promise<Picture> {
+function fromPage(frame: number): Promise<ImageData> {
   return new Promise((done, fail) => {
     const id = nextWanted++;
-    wanted.set(id, (bitmap) => {
-      if (!bitmap) return fail(new Error('the video gives no picture there'));
-      done(pixelsOf(bitmap));
-      bitmap.close();
-    });
+    wanted.set(id, (picture) => (picture ? done(imageOf(picture)) : fail(new Error('the video gives no picture there'))));
     post({ kind: 'wanted', id, frame });
   });
 }
 
-function opened(): Sequence {
-  if (!sequence) throw new Error('Open pictures first.');
-  return sequence;
+function opened(): Session {
+  if (!session) throw new Error('Open pictures first.');
+  return session;
 }
 
 let opening: Promise<unknown> = Promise.resolve();
@@ -53,75 +50,80 @@ function inTurn<T>(work: () => Promise<T>): Promise<T> {
   return turn;
 }
 
+const openPictures: Opening = async (files, fresh) => Session.open(files, fresh, await readers());
+
 /** Opens files; those of the sequence that is open stay beside them when they hold no pictures of their own. */
-async function open(files: Source[], video: Stream | null = null): Promise<SequenceInfo> {
-  const complete = video !== null || files.some(({ path }) => kindOf(path) === 'picture');
-  const together = complete ? files : [...files, ...sources.filter(({ path }) => !files.some((file) => kindOf(file.path) === kindOf(path)))];
-  const from = complete ? video : stream;
-  const next = await Sequence.of(together, from);
-  [sequence, sources, stream] = [next, together, from];
-  return next.info;
+async function open(files: Source[], how: Opening | null): Promise<SequenceInfo> {
+  await init();
+  (await loadFiles()).forget_all();
+  // A rig that came before any picture is for those that come now.
+  const waits = session !== null && sources.length > 0 && session.info().frames.length === 0;
+  const kept = how && !waits ? [] : sources.filter(({ path }) => !files.some((file) => file.path === path));
+  const together = [...files, ...kept];
+  const next = await (how ?? reopen ?? openPictures)(together, files.length);
+  const info = describe(next);
+  // Files of no use change nothing: the results stay.
+  if (!info.used && session && !how) return info;
+  session?.cancel();
+  [session, sources, reopen] = [next, together, how ?? reopen ?? openPictures];
+  return info;
 }
+
+/** As the page needs it: a camera file alone leaves the mount to be guessed. */
+function describe(next: Session): SequenceInfo {
+  const info = next.info();
+  const { rig, layout } = { rig: info.rig as Partial<Rig> | null, layout: next.layout };
+  if (!rig) return info;
+  const supposed = guessedRig(rig.width ?? info.width, rig.height ?? info.height);
+  const source = layout?.rigSource ?? '';
+  return { ...info, rig: { ...supposed, pixelStd: [0.3, 0.3], ...rig, guessed: false, mountGuessed: !rig.mount, source } };
+}
+
+const PICTURE = /\.(png|jpe?g|webp|bmp|gif|avif|heic|heif|pgm|ppm|pnm|pbm|tiff?)$/i;
 
 function sourceOf({ path, blob }: SourceFile): Source {
   return { path, blob: () => blob };
 }
 
 const calls: { [Name in CallName]: (ask: Calls[Name]['ask']) => Promise<Calls[Name]['answer']> } = {
-  preview: () => inTurn(async () => {
-    const shown = await Sequence.of(await sampleFiles(2, 3, 1));
-    const picture = await shown.decode(0);
-    return { picture: await bitmapOf(picture), rig: shown.info.rig ?? guessedRig(picture.width, picture.height) };
-  }),
-  sample: ({ frames, walkers, seed }) => inTurn(async () => open(await sampleFiles(frames, walkers, seed))),
-  open: ({ files }) => inTurn(() => open(files.map(sourceOf))),
-  openVideo: ({ name, frames, interval, width, height, files }) => inTurn(() => {
-    const list = Array.from({ length: frames }, (_, frame): Frame => ({ path: `${name}, frame ${frame + 1}`, decode: () => fromPage(frame) }));
-    return open(files.map(sourceOf), { name, frames: list, interval, width, height });
-  }),
-  async picture({ frame }) {
-    const picture = await opened().decode(frame);
-    return { picture: await bitmapOf(picture), edges: viewer?.look(picture) ?? null };
-  },
-  async run(settings) {
-    running = settings.number;
+  async preview() {
     await init();
-    viewer?.free();
-    viewer = new Stepper(settings.rig, 0, null);
-    const mine = opened();
-    const { title, info } = mine;
-    written = { title, rig: settings.rig, results: [], end: null, sequence: mine, fromPictures: info.motion === 'pictures' };
-    const done = await run(mine, settings, {
-      isCancelled: () => running !== settings.number,
-      progress: (results, shown, secondsLeft) =>
-        post({ kind: 'results', run: settings.number, results, shown, secondsLeft }, shown ? [shown.picture] : []),
-    }, written);
-    return done ? 'done' : 'cancelled';
+    return preview();
   },
-  async startLive({ rig }) {
+  sample: ({ frames, walkers, seed }) => inTurn(async () => open(await sampleFiles(frames, walkers, seed), openPictures)),
+  open: ({ files }) => inTurn(() => open(files.map(sourceOf), files.some(({ path }) => PICTURE.test(path)) ? openPictures : null)),
+  openVideo: ({ name, frames, interval, width, height, files }) => inTurn(() => open(files.map(sourceOf), async (beside) =>
+    Session.openVideo(name, frames, interval, width, height, fromPage, beside, await readers()))),
+  picture: ({ frame }) => opened().picture(frame),
+  async run({ number, rig }) {
+    ranWith = rig;
+    const progress = (results: FrameResult[], shown: Calls['picture']['answer'] | null, secondsLeft: number) =>
+      post({ kind: 'results', run: number, results, shown, secondsLeft }, shown ? [shown.picture] : []);
+    return (await opened().run(number, rig, { progress })) ? 'done' : 'cancelled';
+  },
+  startLive: ({ rig }) => inTurn(async () => {
     await init();
-    live?.free();
-    live = new Stepper(rig, 0, 'pictures');
-    written = { title: 'camera', rig, results: [], end: null, sequence: null, fromPictures: true };
-  },
+    session?.cancel();
+    [session, sources, reopen, ranWith] = [Session.openCamera(rig, await readers()), [], null, rig];
+  }),
   async live({ picture, t, index }) {
-    if (!live) throw new Error('The camera is off.');
-    const pixels = pixelsOf(picture);
-    picture.close();
-    const result = live.step(pixels, index, `live ${index + 1}`, t, 0);
-    written?.results.push(result);
-    return { result, edges: live.edges() };
+    const result = (await opened().live(imageOf(picture), t, index)) as FrameResult & { edges: Float32Array };
+    return { result, edges: result.edges };
   },
+  async endLive() {
+    return opened().info();
+  },
+  fitMount: ({ rig, rows }) => fit(rig, rows),
   async write({ name }) {
-    if (!written) throw new Error('There is nothing to save yet.');
-    if (!written.sequence && live) written.end = live.end();
-    return write(name, written);
+    if (!ranWith) throw new Error('There is nothing to save yet.');
+    return write(name, opened(), ranWith, sources);
   },
 };
 
 self.addEventListener('message', (event: MessageEvent<Request>) => {
   const request = event.data;
-  if (request.kind === 'cancel') running = -1;
+  if (request.kind === 'cancel') session?.cancel();
+  else if (request.kind === 'ping') post({ kind: 'alive' });
   else if (request.kind === 'frame') {
     wanted.get(request.id)?.(request.picture);
     wanted.delete(request.id);

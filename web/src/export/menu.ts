@@ -3,9 +3,9 @@ import { byId, element } from '../app/dom.ts';
 import { say } from '../app/messages.ts';
 import type { Store } from '../app/state.ts';
 import type { Engine } from '../engine/client.ts';
-import { rigToml } from '../setup/rig-toml.ts';
+import { rigToml } from '../model/rig-toml.ts';
 import type { Canvas } from '../views/canvas.ts';
-import { save } from './save.ts';
+import { save } from '../app/save.ts';
 
 const RESULTS = [
   ['report.html', 'everything on one page'],
@@ -36,7 +36,7 @@ export function mountExport(store: Store, engine: Engine, views: Record<'camera.
     element('h2', {}, 'Settings'),
     entry('rig.toml', 'camera and mount', async () => save('rig.toml', rigToml(store.state.rig))),
   );
-  store.on(['results'], ({ results: done }) => {
-    for (const button of results) button.disabled = done.length === 0;
+  store.on(['results', 'sequence'], ({ results: done, sequence }) => {
+    for (const button of results) button.disabled = done.length === 0 || !sequence;
   });
 }

@@ -2,7 +2,7 @@
 import { byId } from '../app/dom.ts';
 import { resultOf, type State, type Store } from '../app/state.ts';
 import type { Ground } from '../camera-view/ground.ts';
-import { LANDMARK, type FrameResult } from '../engine/protocol.ts';
+import { LANDMARK, type FrameResult } from '../model/protocol.ts';
 import { palette, type Palette } from '../theme/palette.ts';
 import { Canvas, font } from '../views/canvas.ts';
 import { ellipseOf } from '../views/ellipse.ts';
@@ -61,6 +61,7 @@ export class MapView {
     this.#moved = true;
     if (this.#follow) this.#setFollow(false);
     change();
+    this.#viewport.keep(this.#extentNow(this.#store.state), this.canvas.width, this.canvas.height);
     this.canvas.redraw();
   }
 
@@ -80,8 +81,8 @@ export class MapView {
   #tap(at: Point): void {
     const result = resultOf(this.#store.state);
     let [best, least]: [number | null, number] = [null, REACH_PX];
-    for (let row = 0; result && row < result.landmarks.length; row += LANDMARK.width) {
-      const screen = this.#viewport.toScreen(result.landmarks[row + LANDMARK.x] ?? 0, result.landmarks[row + LANDMARK.y] ?? 0);
+    for (let row = 0; result && row < result.landmarks.length; row += LANDMARK.Width) {
+      const screen = this.#viewport.toScreen(result.landmarks[row + LANDMARK.X] ?? 0, result.landmarks[row + LANDMARK.Y] ?? 0);
       const distance = Math.hypot(screen.x - at.x, screen.y - at.y);
       if (distance < least) [best, least] = [result.landmarks[row] ?? null, distance];
     }
@@ -105,10 +106,10 @@ export class MapView {
       const result = state.results[this.#extentOf];
       if (!result || result.problem) continue;
       include(box, result.pose[0] ?? 0, result.pose[1] ?? 0);
-      for (let row = 0; row < result.landmarks.length; row += LANDMARK.width) {
+      for (let row = 0; row < result.landmarks.length; row += LANDMARK.Width) {
         // A landmark of metres of uncertainty must not make everything else small.
-        const std = Math.sqrt(Math.max(result.landmarks[row + LANDMARK.varX] ?? 0, result.landmarks[row + LANDMARK.varY] ?? 0));
-        if (std < 1) include(box, result.landmarks[row + LANDMARK.x] ?? 0, result.landmarks[row + LANDMARK.y] ?? 0);
+        const std = Math.sqrt(Math.max(result.landmarks[row + LANDMARK.VarX] ?? 0, result.landmarks[row + LANDMARK.VarY] ?? 0));
+        if (std < 1) include(box, result.landmarks[row + LANDMARK.X] ?? 0, result.landmarks[row + LANDMARK.Y] ?? 0);
       }
     }
     return box;
@@ -245,10 +246,10 @@ export class MapView {
 
   #drawLandmarks(context: CanvasRenderingContext2D, result: FrameResult, selected: number | null, colours: Palette): void {
     const rows = result.landmarks;
-    for (let row = 0; row < rows.length; row += LANDMARK.width) {
+    for (let row = 0; row < rows.length; row += LANDMARK.Width) {
       const column = (name: keyof typeof LANDMARK) => rows[row + LANDMARK[name]] ?? 0;
-      const lit = selected === column('id');
-      this.#ellipse(context, column('x'), column('y'), [column('varX'), column('covXY'), column('varY')], 2);
+      const lit = selected === column('Id');
+      this.#ellipse(context, column('X'), column('Y'), [column('VarX'), column('CovXy'), column('VarY')], 2);
       context.fillStyle = colours.mapped;
       context.globalAlpha = lit ? 0.35 : 0.12;
       context.fill();
@@ -256,11 +257,11 @@ export class MapView {
       context.strokeStyle = colours.mapped;
       context.lineWidth = lit ? 2.4 : 1.2;
       // A tentative one is not part of the map yet: dashed, and hollow.
-      const confirmed = column('confirmed') > 0;
+      const confirmed = column('Confirmed') > 0;
       context.setLineDash(confirmed ? [] : [2, 3]);
       context.stroke();
       context.setLineDash([]);
-      const at = this.#viewport.toScreen(column('x'), column('y'));
+      const at = this.#viewport.toScreen(column('X'), column('Y'));
       context.beginPath();
       context.arc(at.x, at.y, lit ? 3.2 : 1.8, 0, 2 * Math.PI);
       context.fillStyle = colours.mapped;
@@ -271,7 +272,7 @@ export class MapView {
         context.textBaseline = 'middle';
         context.lineWidth = 3;
         context.strokeStyle = colours.panel;
-        const text = `${column('id')} · seen ${column('seen')} ×${confirmed ? '' : ' · tentative'}`;
+        const text = `${column('Id')} · seen ${column('Seen')} ×${confirmed ? '' : ' · tentative'}`;
         context.strokeText(text, at.x + 9, at.y);
         context.fillStyle = colours.text;
         context.fillText(text, at.x + 9, at.y);

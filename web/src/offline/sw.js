@@ -1,15 +1,11 @@
 // Keeps this build's files, so that the page works offline after the first visit. BUILD and FILES are filled in
-// when the page is built. A new build replaces the whole cache at once: no page ever mixes two builds.
+// when the page is built. A new build waits until no page of the old one is open: a page that has yet to load a part
+// finds the one that it was built with, and no page ever mixes two builds.
 const CACHE = `monorange-${'BUILD'}`;
 const FILES = ['FILES'];
 
 self.addEventListener('install', (event) => {
-  event.waitUntil(
-    caches
-      .open(CACHE)
-      .then((cache) => cache.addAll(FILES))
-      .then(() => self.skipWaiting()),
-  );
+  event.waitUntil(caches.open(CACHE).then((cache) => cache.addAll(FILES)));
 });
 
 self.addEventListener('activate', (event) => {

@@ -1,8 +1,8 @@
 /** Three plots over the frames: pose error, NIS, time a stage; each can be had as a table and as a picture. */
 import { byId, element } from '../app/dom.ts';
 import type { Store } from '../app/state.ts';
-import { axisNumber } from '../app/units.ts';
-import { save } from '../export/save.ts';
+import { axisNumber } from '../model/units.ts';
+import { save } from '../app/save.ts';
 import { palette, type Palette } from '../theme/palette.ts';
 import { Canvas, font } from '../views/canvas.ts';
 import { niceStep } from '../map/map-view.ts';
@@ -76,6 +76,8 @@ class Plot {
       this.#fillTable();
     } }, 'Table');
     const toPicture = element('button', { class: 'tool', title: 'Save this plot as PNG', click: () => {
+      // A hidden canvas has no size, and would be saved as nothing.
+      if (canvas.hidden) toTable.click();
       void this.#canvas.png().then((blob) => save(`${kind.title.toLowerCase().replaceAll(/[^a-z]+/g, '-')}.png`, blob));
     } }, 'PNG');
     this.heading = element('h2', { class: 'plot-title' }, kind.title);

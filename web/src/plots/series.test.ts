@@ -1,12 +1,12 @@
 import { expect, test } from 'vitest';
-import type { FrameResult } from '../engine/protocol.ts';
+import type { FrameResult } from '../model/protocol.ts';
 import { chiSquaredQuantile, nis, poseError } from './series.ts';
 
 function result(index: number, pose: number[], variances: number[]): FrameResult {
   const empty = new Float32Array();
   return {
     index, name: '', t: index, pose: Float32Array.from(pose), covariance: Float32Array.from(variances), corners: empty,
-    predicted: empty, lines: empty, landmarks: empty, nis: 6, nisDegrees: 4, withoutRange: 0, noRoom: 0, motionHeld: false,
+    predicted: empty, lines: empty, landmarks: empty, nis: 6, nisDegrees: 4, motionHeld: false, verdict: 0, meanNis: 1,
     stages: new Float32Array(5),
   };
 }

@@ -1,5 +1,5 @@
 /** What the plots show, worked out of the frames' results; pure, so that tests can check the numbers. */
-import { STAGES, type FrameResult } from '../engine/protocol.ts';
+import { STAGES, type FrameResult } from '../model/protocol.ts';
 
 export interface Series {
   name: string;

@@ -1,6 +1,6 @@
 /** The ways in: drop, button, folder, paste. Each gives files with their paths. */
 import { byId } from '../app/dom.ts';
-import type { SourceFile } from '../engine/protocol.ts';
+import type { SourceFile } from '../model/protocol.ts';
 
 export function mountIncoming(receive: (files: SourceFile[]) => void): void {
   const [files, folder] = [byId<HTMLInputElement>('files'), byId<HTMLInputElement>('folder')];

@@ -1,3 +1,6 @@
+import type { RawPicture } from '../model/protocol.ts';
+import { grab } from './grab.ts';
+
 /** A live camera: frames are handed on as fast as they are dealt with, never queued. */
 export class LiveCamera {
   readonly #stream: MediaStream;
@@ -33,8 +36,10 @@ export class LiveCamera {
     return this.#element.videoHeight;
   }
 
-  frame(): Promise<ImageBitmap> {
-    return createImageBitmap(this.#element);
+  /** What it sees now: for the worker, and for the screen. */
+  async frame(): Promise<{ pixels: RawPicture; shown: ImageBitmap }> {
+    const pixels = grab(this.#element, this.width, this.height);
+    return { pixels, shown: await createImageBitmap(new ImageData(pixels.pixels, pixels.width, pixels.height)) };
   }
 
   close(): void {

@@ -1,4 +1,7 @@
 /** A video file: its frames are sought when they are wanted, so that a long one takes no memory. */
+import type { RawPicture } from '../model/protocol.ts';
+import { grab } from './grab.ts';
+
 const FRAMES_PER_SECOND = 10;
 
 export class Video {
@@ -36,16 +39,16 @@ export class Video {
   }
 
   /** One seek at a time: a second one would cancel the first. */
-  frame(index: number): Promise<ImageBitmap> {
+  frame(index: number): Promise<RawPicture> {
     const next = this.#queue.then(() => this.#seek((index + 0.5) * this.interval));
     this.#queue = next.catch(() => undefined);
     return next;
   }
 
-  async #seek(time: number): Promise<ImageBitmap> {
+  async #seek(time: number): Promise<RawPicture> {
     const element = this.#element;
     await seek(element, Math.min(time, element.duration));
-    return createImageBitmap(element, { resizeWidth: this.width, resizeHeight: this.height, resizeQuality: 'medium' });
+    return grab(element, this.width, this.height);
   }
 
   close(): void {

@@ -1,7 +1,7 @@
 /** The mount from floor points of known position. */
 import type { FloorPoint } from '../app/state.ts';
-import type { Ground } from '../camera-view/ground.ts';
-import type { Mount } from './rig.ts';
+import type { FittedMount } from '../model/protocol.ts';
+import type { Mount, Rig } from '../model/rig.ts';
 
 export interface MountFit {
   mount: Mount;
@@ -14,16 +14,14 @@ export interface MountFit {
 /** Above this correlation height and tilt are hardly told apart. */
 const HARDLY = 0.98;
 
-/** Throws a sentence where the points do not say enough. */
-export function fitMount(ground: Ground, points: FloorPoint[]): MountFit {
-  const [height, tilt, roll, yaw, forward, left, heightStd, tiltStd, rollStd, yawStd, rms, correlation] = ground.fit(points);
+/** What was fitted to points, in a set-up's terms. */
+export function fitOf({ mount: fitted, std, rms, correlation }: FittedMount, { mount, mountStd }: Rig): MountFit {
   const warning =
     Math.abs(correlation) > HARDLY ? 'These points can hardly tell height from tilt: add one much nearer or much farther.' : null;
-  const { mountStd } = ground.rig;
-  return {
-    mount: { height, tilt, roll, yaw, forward, left },
-    std: { ...mountStd, height: heightStd, tilt: tiltStd, roll: rollStd, yaw: yawStd },
-    rms,
-    warning,
-  };
+  return { mount: { ...mount, ...fitted }, std: { ...mountStd, ...std }, rms, warning };
+}
+
+/** Rows u, v, x, y. */
+export function rowsOf(points: FloorPoint[]): Float64Array {
+  return Float64Array.from(points.flatMap(({ u, v, x, y }) => [u, v, x, y]));
 }

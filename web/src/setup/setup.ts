@@ -3,11 +3,14 @@ import { byId, element } from '../app/dom.ts';
 import { say } from '../app/messages.ts';
 import type { FloorPoint, Store } from '../app/state.ts';
 import type { Ground } from '../camera-view/ground.ts';
-import { save } from '../export/save.ts';
-import { fitMount, type MountFit } from './fit.ts';
-import { DEGREE, fieldOfView, guessedRig, type Mount, type Rig } from './rig.ts';
-import { rigToml } from './rig-toml.ts';
+import { save } from '../app/save.ts';
+import { fitOf, rowsOf, type MountFit } from './fit.ts';
+import type { FittedMount } from '../model/protocol.ts';
+import { DEGREE, fieldOfView, guessedRig, SET_MOUNT_STD, type Mount, type Rig } from '../model/rig.ts';
+import { rigToml } from '../model/rig-toml.ts';
 import './setup.css';
+
+type FitMount = (rig: Rig, rows: Float64Array) => Promise<FittedMount>;
 
 interface Slider {
   name: keyof Mount | 'fieldOfView';
@@ -30,27 +33,33 @@ const FIELD_OF_VIEW: Slider = { name: 'fieldOfView', label: 'View angle', unit: 
 export class Setup {
   readonly #store: Store;
   readonly #ground: () => Ground | null;
-  readonly #commit: () => void;
+  readonly #commit: (before: Rig) => void;
+  readonly #fitMount: FitMount;
+  /** The rig before a slider began to move. */
+  #before: Rig | null = null;
+  readonly #mountWords = element('p', {});
+  readonly undoButton = element('button', { class: 'button' }, 'Undo');
   readonly #camera = element('section', {});
   readonly #cameraWords = element('p', {});
   readonly #points = element('section', {});
   readonly #fields: (() => void)[] = [];
   #fit: MountFit | string | null = null;
 
-  /** `commit` is called when a setting has been changed for good, not while a slider moves. */
-  constructor(store: Store, ground: () => Ground | null, commit: () => void) {
-    [this.#store, this.#ground, this.#commit] = [store, ground, commit];
+  /** `commit` is called when a setting has been changed for good, not while a slider moves, with what was before. */
+  constructor(store: Store, ground: () => Ground | null, commit: (before: Rig) => void, undo: () => void, fitMount: FitMount) {
+    [this.#store, this.#ground, this.#commit, this.#fitMount] = [store, ground, commit, fitMount];
+    this.undoButton.addEventListener('click', undo);
     const toggle = byId('setup-toggle');
     toggle.addEventListener('click', () => store.set({ setupOpen: !store.state.setupOpen }));
     byId('setup').replaceChildren(
       element('header', { class: 'setup-head' }, element('h2', {}, 'Set-up'),
         element('button', { class: 'button', click: () => store.set({ setupOpen: false, pickingPoints: false }) }, 'Close')),
       this.#camera,
-      element('section', {}, element('h3', {}, 'How the camera sits'), ...SLIDERS.map((slider) => this.#slider(slider))),
+      element('section', {}, element('h3', {}, 'How the camera sits'), this.#mountWords, ...SLIDERS.map((slider) => this.#slider(slider))),
       this.#points,
       element('div', { class: 'row' },
         element('button', { class: 'button primary', click: () => save('rig.toml', rigToml(store.state.rig)) }, 'Save rig.toml'),
-        element('button', { class: 'button', click: () => history.back() }, 'Undo')),
+        this.undoButton),
     );
     const view = this.#slider(FIELD_OF_VIEW);
     this.#camera.append(element('h3', {}, 'Camera'), this.#cameraWords, view, element('div', { class: 'row' },
@@ -61,6 +70,7 @@ export class Setup {
     });
     store.on(['rig'], ({ rig }) => {
       this.#cameraWords.textContent = cameraWords(rig);
+      this.#mountWords.textContent = mountWords(rig);
       view.hidden = !rig.guessed;
       for (const refresh of this.#fields) refresh();
     });
@@ -71,24 +81,29 @@ export class Setup {
   #slider(slider: Slider): HTMLElement {
     const { name, label, unit, least, most, step, factor } = slider;
     const numbers = { min: String(least), max: String(most), step: String(step) };
-    const commit = () => this.#commit();
+    const commit = () => this.#done();
     const range = element('input', { type: 'range', 'aria-label': label, ...numbers, change: commit });
     const field = element('input', { type: 'number', 'aria-label': `${label} in ${unit}`, step: String(step) });
     range.addEventListener('input', () => this.#set(name, Number(range.value) * factor));
     field.addEventListener('change', () => {
       const value = Number(field.value);
-      if (!Number.isFinite(value) || value < least || value > most) {
-        say(`${label} must be between ${least} and ${most} ${unit}.`);
-        return refresh();
+      if (field.value.trim() === '' || !Number.isFinite(value) || value < least || value > most) {
+        say(`${label} must be between ${least} and ${most} ${unit}.`, 'problem', label);
+        field.value = shown();
+        return;
       }
       this.#set(name, value * factor);
-      this.#commit();
+      field.value = shown();
+      this.#done();
     });
-    const refresh = () => {
+    const current = () => {
       const { rig } = this.#store.state;
-      const value = (name === 'fieldOfView' ? fieldOfView(rig) : rig.mount[name]) / factor;
-      range.value = String(value);
-      if (document.activeElement !== field) field.value = value.toFixed(step < 0.01 ? 3 : 1);
+      return (name === 'fieldOfView' ? fieldOfView(rig) : rig.mount[name]) / factor;
+    };
+    const shown = () => current().toFixed(step < 0.01 ? 3 : 1);
+    const refresh = () => {
+      range.value = String(current());
+      if (document.activeElement !== field) field.value = shown();
     };
     this.#fields.push(refresh);
     return element('div', { class: 'slider' }, element('span', {}, label), range, element('span', { class: 'field' }, field, element('span', {}, unit)));
@@ -96,24 +111,32 @@ export class Setup {
 
   #set(name: keyof Mount | 'fieldOfView', value: number): void {
     const { rig } = this.#store.state;
+    this.#before ??= rig;
     if (name === 'fieldOfView') {
       const { focal, principal } = guessedRig(rig.width, rig.height, value);
       this.#store.set({ rig: { ...rig, focal, principal } });
-    } else this.#store.set({ rig: { ...rig, mount: { ...rig.mount, [name]: value } } });
+    } else this.#store.set({ rig: withMount(rig, { ...rig.mount, [name]: value }) });
+  }
+
+  /** A setting was changed for good. */
+  #done(): void {
+    const before = this.#before;
+    this.#before = null;
+    if (before) this.#commit(before);
   }
 
   #drawPoints(): void {
     const { knownPoints, pickingPoints } = this.#store.state;
     const pick = element('button', { class: 'button', 'aria-pressed': String(pickingPoints), click: () =>
       this.#store.set({ pickingPoints: !pickingPoints }) }, pickingPoints ? 'Stop clicking' : 'Click floor points');
-    const fit = element('button', { class: 'button', click: () => this.#fitNow() }, 'Fit the mount');
+    const fit = element('button', { class: 'button', click: () => void this.#fitNow() }, 'Fit the mount');
     fit.disabled = knownPoints.length < 2;
     const forget = element('button', { class: 'button', click: () => this.#store.set({ knownPoints: [] }) }, 'Forget them');
     forget.hidden = knownPoints.length === 0;
     this.#points.replaceChildren(
       element('h3', {}, 'I know these points'),
       element('p', {}, pickingPoints
-        ? 'Click a point of the floor in the camera view, then write how far ahead and how far to the left of the robot it is.'
+        ? 'Press on a point of the floor in the camera view, then write how far ahead and how far to the left of the robot it is.'
         : 'Floor points of known position tell how the camera really sits: two or more, near and far, left and right.'),
       ...(knownPoints.length > 0 ? [this.#table(knownPoints)] : []),
       element('div', { class: 'row' }, pick, fit, forget),
@@ -141,15 +164,13 @@ export class Setup {
     return element('table', { class: 'points' }, element('thead', {}, element('tr', {}, ...head)), element('tbody', {}, ...rows));
   }
 
-  #fitNow(): void {
+  async #fitNow(): Promise<void> {
     const { rig, knownPoints } = this.#store.state;
-    const ground = this.#ground();
-    if (!ground) return;
     try {
-      const fit = fitMount(ground, knownPoints);
+      const fit = fitOf(await this.#fitMount(rig, rowsOf(knownPoints)), rig);
       this.#fit = fit;
-      this.#store.set({ rig: { ...rig, mount: fit.mount, mountStd: fit.std } });
-      this.#commit();
+      this.#store.set({ rig: { ...rig, mount: fit.mount, mountStd: fit.std, mountGuessed: false } });
+      this.#commit(rig);
     } catch (error) {
       this.#fit = error instanceof Error ? error.message : String(error);
     }
@@ -174,4 +195,15 @@ function cameraWords(rig: Rig): string {
     return `${size}, not calibrated: the view angle is a guess, and every range with it. Open a camera file (ROS, OpenCV, Kalibr or rig.toml) for real ones.`;
   }
   return `${size}, focal length ${rig.focal[0].toFixed(1)} px, from ${rig.source}.`;
+}
+
+/** A mount that someone sets is no guess any more, once height or tilt is theirs. */
+export function withMount(rig: Rig, mount: Mount): Rig {
+  const told = rig.mountGuessed && (mount.height !== rig.mount.height || mount.tilt !== rig.mount.tilt);
+  return told ? { ...rig, mount, mountStd: { ...SET_MOUNT_STD }, mountGuessed: false } : { ...rig, mount };
+}
+
+function mountWords({ mountGuessed, mountStd }: Rig): string {
+  if (mountGuessed) return 'A guess, and every range with it: measure the height, and tilt the horizon to where it is.';
+  return `Height ± ${(mountStd.height * 100).toFixed(1)} cm, tilt ± ${(mountStd.tilt / DEGREE).toFixed(2)}°.`;
 }

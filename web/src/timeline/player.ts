@@ -1,7 +1,7 @@
 /** Which frame is on show: play, pause, step, scrub; follows a run unless someone has taken over. */
 import { byId, icon } from '../app/dom.ts';
 import type { Store } from '../app/state.ts';
-import type { Shown } from '../engine/protocol.ts';
+import type { Shown } from '../model/protocol.ts';
 
 const FRAMES_PER_SECOND = 15;
 const PLAY = 'M8 5v14l11-7z';

@@ -1,29 +1,10 @@
 /** One tick a frame, its colours what happened to its corners; drag to scrub. */
 import { byId } from '../app/dom.ts';
 import type { State, Store } from '../app/state.ts';
-import { CORNER, DECISION, type FrameResult } from '../engine/protocol.ts';
+import { CORNER, type FrameResult } from '../model/protocol.ts';
+import { tally } from '../model/tally.ts';
 import { palette, type Palette } from '../theme/palette.ts';
 import { Canvas } from '../views/canvas.ts';
-
-export interface Tally {
-  matched: number;
-  born: number;
-  tentative: number;
-  refused: number;
-}
-
-/** How many of a frame's corners came to what. */
-export function tally(result: FrameResult): Tally {
-  const counts = { matched: 0, born: 0, tentative: 0, refused: 0 };
-  for (let row = CORNER.decision; row < result.corners.length; row += CORNER.width) {
-    const decision = result.corners[row];
-    if (decision === DECISION.update) counts.matched += 1;
-    else if (decision === DECISION.birth) counts.born += 1;
-    else if (decision === DECISION.tentative) counts.tentative += 1;
-    else counts.refused += 1;
-  }
-  return counts;
-}
 
 const EDGE_PX = 5;
 
@@ -71,7 +52,7 @@ export class Timeline {
     context.fill();
     if (frames === 0) return;
     const step = width / frames;
-    const most = state.results.reduce((most, result) => Math.max(most, result.corners.length / CORNER.width), 8);
+    const most = state.results.reduce((most, result) => Math.max(most, result.corners.length / CORNER.Width), 8);
     for (const result of state.results) this.#drawTick(context, result, EDGE_PX + result.index * step, step, most, colours, state.selected);
     if (state.results.length > 0 && state.results.length < frames) {
       context.fillStyle = colours.quiet;
@@ -121,7 +102,7 @@ export class Timeline {
 }
 
 function sees(result: FrameResult, landmark: number): boolean {
-  for (let row = CORNER.landmark; row < result.corners.length; row += CORNER.width) {
+  for (let row = CORNER.Landmark; row < result.corners.length; row += CORNER.Width) {
     if (result.corners[row] === landmark) return true;
   }
   return false;

@@ -47,6 +47,8 @@ export class Canvas {
 
   /** The picture as PNG. */
   async png(): Promise<Blob> {
+    // It may have been hidden until now, and had no size.
+    this.#measure();
     this.paint();
     const blob = await new Promise<Blob | null>((done) => this.element.toBlob(done, 'image/png'));
     if (!blob) throw new Error('the picture is too large to be saved');

@@ -1,32 +1,60 @@
-/** Mouse, pen and fingers on a canvas: drag, pinch and wheel move the view, a short press is a tap. */
+/**
+ * Mouse, pen and fingers on a canvas. A mouse drags and its wheel zooms; two fingers pan and zoom, one scrolls the page;
+ * a short press is a tap, and a finger that rests looks closer until it is lifted.
+ */
 import type { Point } from './viewport.ts';
 
 export interface Gestures {
   pan(dx: number, dy: number): void;
   zoom(factor: number, at: Point): void;
-  tap(at: Point): void;
+  /** `byTouch`: there is no pointer that stays where it was. */
+  tap(at: Point, byTouch: boolean): void;
   hover(at: Point | null): void;
+  /** A finger rests there; null when it is lifted. */
+  hold?(at: Point | null): void;
 }
 
 /** Further than this and a press is a drag. */
-const SLOP_PX = 5;
+const SLOP_PX = { mouse: 5, touch: 9 } as const;
+/** A finger that rests as long looks closer. */
+const HOLD_MS = 220;
 
 export function listen(canvas: HTMLCanvasElement, gestures: Gestures): void {
   const down = new Map<number, Point>();
   let travelled = 0;
   let fingers = 0;
+  let holding = false;
+  let timer: ReturnType<typeof setTimeout> | undefined;
 
   const at = (event: MouseEvent): Point => {
     const box = canvas.getBoundingClientRect();
     return { x: event.clientX - box.left, y: event.clientY - box.top };
   };
+  const isTouch = (event: PointerEvent) => event.pointerType === 'touch';
+  const slop = (event: PointerEvent) => (isTouch(event) ? SLOP_PX.touch : SLOP_PX.mouse);
+  const letGo = () => {
+    clearTimeout(timer);
+    if (holding) gestures.hold?.(null);
+    holding = false;
+  };
 
   canvas.addEventListener('pointerdown', (event) => {
     if (event.button !== 0) return;
     canvas.setPointerCapture(event.pointerId);
-    down.set(event.pointerId, at(event));
-    if (down.size === 1) [travelled, fingers] = [0, 1];
-    else fingers = Math.max(fingers, down.size);
+    const now = at(event);
+    down.set(event.pointerId, now);
+    letGo();
+    if (down.size > 1) {
+      fingers = Math.max(fingers, down.size);
+      return;
+    }
+    [travelled, fingers] = [0, 1];
+    if (!isTouch(event) || !gestures.hold) return;
+    timer = setTimeout(() => {
+      if (fingers !== 1 || travelled > SLOP_PX.touch) return;
+      holding = true;
+      gestures.hold?.(now);
+    }, HOLD_MS);
   });
 
   canvas.addEventListener('pointermove', (event) => {
@@ -36,8 +64,11 @@ export function listen(canvas: HTMLCanvasElement, gestures: Gestures): void {
     const [dx, dy] = [now.x - before.x, now.y - before.y];
     if (down.size === 1) {
       travelled += Math.hypot(dx, dy);
-      if (travelled > SLOP_PX) gestures.pan(dx, dy);
-      gestures.hover(now);
+      if (holding) gestures.hold?.(now);
+      else if (!isTouch(event)) {
+        if (travelled > slop(event)) gestures.pan(dx, dy);
+        gestures.hover(now);
+      }
     } else if (down.size === 2) {
       const other = [...down].find(([id]) => id !== event.pointerId)?.[1];
       if (other) {
@@ -51,11 +82,20 @@ export function listen(canvas: HTMLCanvasElement, gestures: Gestures): void {
 
   const end = (event: PointerEvent, tapped: boolean) => {
     if (!down.delete(event.pointerId)) return;
-    if (tapped && fingers === 1 && travelled <= SLOP_PX) gestures.tap(at(event));
+    const held = holding;
+    letGo();
+    if (tapped && fingers === 1 && (held || travelled <= slop(event))) gestures.tap(at(event), isTouch(event));
   };
   canvas.addEventListener('pointerup', (event) => end(event, true));
   canvas.addEventListener('pointercancel', (event) => end(event, false));
   canvas.addEventListener('pointerleave', (event) => event.pointerType === 'mouse' && gestures.hover(null));
+  // One finger scrolls the page, unless it rested before; two are ours.
+  const keep = (event: TouchEvent) => {
+    if (event.cancelable && (holding || event.touches.length > 1)) event.preventDefault();
+  };
+  canvas.addEventListener('touchstart', keep, { passive: false });
+  canvas.addEventListener('touchmove', keep, { passive: false });
+  canvas.addEventListener('contextmenu', (event) => (event as PointerEvent).pointerType === 'touch' && event.preventDefault());
   canvas.addEventListener(
     'wheel',
     (event) => {

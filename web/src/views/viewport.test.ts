@@ -30,3 +30,13 @@ test('fit shows the whole box', () => {
     expect(at.x >= 9.999 && at.x <= 290.001 && at.y >= 9.999 && at.y <= 390.001).toBe(true);
   }
 });
+
+test('nothing can be pushed out of sight', () => {
+  const view = new Viewport(false);
+  const box = { left: 0, right: 320, low: 0, high: 240 };
+  view.fit(box, 640, 480, 0);
+  view.pan(5000, -7000);
+  view.keep(box, 640, 480);
+  expect(view.toScreen(0, 0).x).toBeCloseTo(320);
+  expect(view.toScreen(0, 240).y).toBeCloseTo(240);
+});

@@ -11,6 +11,9 @@ export interface Box {
   high: number;
 }
 
+/** Of the screen, that what is on show must cover along each side. */
+const LEAST_SHARE = 0.5;
+
 export class Viewport {
   scale = 1;
   offset: Point = { x: 0, y: 0 };
@@ -39,6 +42,17 @@ export class Viewport {
   /** Puts a point of the content in the middle of the screen. */
   centre(x: number, y: number, width: number, height: number): void {
     this.offset = { x: width / 2 - x * this.scale, y: height / 2 - this.#up * y * this.scale };
+  }
+
+  /** Moves the box back so far that it covers a good part of the screen: nothing can be pushed out of sight. */
+  keep(box: Box, width: number, height: number): void {
+    const [a, b] = [this.toScreen(box.left, box.low), this.toScreen(box.right, box.high)];
+    const shift = (low: number, high: number, size: number) => {
+      const least = Math.min(LEAST_SHARE * size, high - low);
+      if (high < least) return least - high;
+      return low > size - least ? size - least - low : 0;
+    };
+    this.pan(shift(Math.min(a.x, b.x), Math.max(a.x, b.x), width), shift(Math.min(a.y, b.y), Math.max(a.y, b.y), height));
   }
 
   pan(dx: number, dy: number): void {

@@ -21,9 +21,11 @@ export function rigToml(rig: Rig): string {
     `focal = ${list(rig.focal)}`,
     `principal = ${list(rig.principal)}`,
     `skew = ${number(rig.skew)}`,
-    `distortion = ${list(rig.distortion)}   # k1 k2 p1 p2 k3`,
+    ...(rig.lens === 'equidistant' ? ['lens = "equidistant"'] : []),
+    `distortion = ${list(rig.distortion)}`,
     `pixel_std = ${list(rig.pixelStd)}`,
     '',
+    ...(rig.mountGuessed ? ['# Nobody has measured how the camera sits: height and tilt are guesses.'] : []),
     '[mount]',
     `height = ${number(mount.height)}`,
     ...(['tilt', 'roll', 'yaw'] as const).map((name) => `${name}_deg = ${number(mount[name] / DEGREE)}`),
@@ -31,6 +33,8 @@ export function rigToml(rig: Rig): string {
     `left = ${number(mount.left)}`,
     `height_std = ${number(mountStd.height)}`,
     ...(['tilt', 'roll', 'yaw'] as const).map((name) => `${name}_std_deg = ${number(mountStd[name] / DEGREE)}`),
+    `forward_std = ${number(mountStd.forward)}`,
+    `left_std = ${number(mountStd.left)}`,
     rig.settingsToml,
   ];
   return lines.join('\n');

@@ -1,0 +1,599 @@
+//! What the files of a drop are to one another: pictures in order, and the text files beside them, read by the
+//! command line's own readers. A file of no use is a note; only one that is meant, and wrong, is an error.
+use crate::kinds::{Kind, base_name, is_litter};
+use core::fmt::Display;
+use monorange_core::geometry::{Camera, Lens, Pose, RangeFinder};
+use monorange_core::pipeline::{self, Config};
+use monorange_formats::evaluation::{MAX_TRUTH_GAP, Truth};
+use monorange_formats::files::{
+    self, Intrinsics, Odometry, Rig, Table, changed_settings, memory, read_camera_info, read_times,
+    read_trajectory,
+};
+use monorange_formats::warnings;
+use monorange_protocol::{conversion::message_from_config, message::Answers};
+use monorange_wasm_record::{Reading, record::readings_to_bytes};
+use nalgebra::Vector2;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::path::Path;
+use wasm_bindgen::prelude::*;
+
+type Answer<T> = Result<T, String>;
+
+/// Seconds between pictures whose times nobody has given.
+const INTERVAL: f64 = 0.1;
+/// More points of a laser would only be drawn over one another.
+const MOST_LASER_POINTS: usize = 20_000;
+
+fn sentence(error: impl Display) -> String {
+    error.to_string().replace("\n  help: ", ". To mend it: ")
+}
+
+/// Makes a file readable under its path.
+#[wasm_bindgen]
+pub fn offer(path: &str, content: Vec<u8>) {
+    memory::offer(path, content);
+}
+
+/// Forgets every file that was offered.
+#[wasm_bindgen]
+pub fn forget_all() {
+    memory::withdraw_all();
+}
+
+/// Whether the file is a text file that a sequence may need.
+#[wasm_bindgen]
+pub fn wants(path: &str) -> bool {
+    !is_litter(path) && !matches!(Kind::of(path), Kind::Picture | Kind::Video | Kind::Container | Kind::Other)
+}
+
+/// Width and height of a picture, by the first bytes of its file.
+#[wasm_bindgen(js_name = sizeOf)]
+pub fn size_of(head: &[u8]) -> Option<Vec<u32>> {
+    let size = imagesize::blob_size(head).ok()?;
+    Some(vec![u32::try_from(size.width).ok()?, u32::try_from(size.height).ok()?])
+}
+
+/// What the files of a drop are to one another. Of `paths` the first `fresh` have just been given; the files that
+/// [`wants`] names have been offered. `streamed` is the number of pictures of a video, `interval` seconds apart.
+///
+/// # Errors
+/// A sentence with the file, the line and the key.
+#[wasm_bindgen]
+pub fn layout(
+    paths: Vec<String>,
+    fresh: usize,
+    streamed: Option<usize>,
+    interval: f64,
+) -> Result<Layout, JsError> {
+    let video = streamed.map(|count| (count, interval));
+    Layout::new(&paths, fresh, video).map_err(|reason| JsError::new(&reason))
+}
+
+/// A drop in order.
+#[wasm_bindgen]
+pub struct Layout {
+    frames: Vec<u32>,
+    times: Vec<f64>,
+    title: String,
+    name: String,
+    rig: Option<Value>,
+    rig_size: Option<[u32; 2]>,
+    rig_source: String,
+    odometry: Option<Odometry>,
+    truth: Option<Vec<f32>>,
+    laser: Option<Vec<f32>>,
+    used: bool,
+    brought: &'static str,
+    notes: Vec<String>,
+}
+
+#[wasm_bindgen]
+impl Layout {
+    /// Which of the paths are the pictures, in order.
+    #[wasm_bindgen(getter)]
+    pub fn frames(&self) -> Vec<u32> {
+        self.frames.clone()
+    }
+    /// Seconds.
+    #[wasm_bindgen(getter)]
+    pub fn times(&self) -> Vec<f64> {
+        self.times.clone()
+    }
+    /// As the command line names a run: the folder of frames and the one that it is in.
+    #[wasm_bindgen(getter)]
+    pub fn title(&self) -> String {
+        self.title.clone()
+    }
+    /// For the page.
+    #[wasm_bindgen(getter)]
+    pub fn name(&self) -> String {
+        self.name.clone()
+    }
+    /// The rig, or null.
+    #[wasm_bindgen(getter)]
+    pub fn rig(&self) -> JsValue {
+        let text = self.rig.as_ref().map(Value::to_string);
+        text.and_then(|text| js_sys::JSON::parse(&text).ok()).unwrap_or(JsValue::NULL)
+    }
+    /// Its width and height.
+    #[wasm_bindgen(getter, js_name = rigSize)]
+    pub fn rig_size(&self) -> Option<Vec<u32>> {
+        self.rig_size.map(Vec::from)
+    }
+    /// The file that it came from.
+    #[wasm_bindgen(getter, js_name = rigSource)]
+    pub fn rig_source(&self) -> String {
+        self.rig_source.clone()
+    }
+    /// Whether there is odometry.
+    #[wasm_bindgen(getter)]
+    pub fn wheels(&self) -> bool {
+        self.odometry.is_some()
+    }
+    /// The true x, y, heading at each frame, relative to the first one; not a number where the truth is silent.
+    #[wasm_bindgen(getter)]
+    pub fn truth(&self) -> JsValue {
+        self.truth.as_deref().map_or(JsValue::NULL, |rows| js_sys::Float32Array::from(rows).into())
+    }
+    /// Points of a laser as x, y, relative to the first true pose where there is one.
+    #[wasm_bindgen(getter)]
+    pub fn laser(&self) -> JsValue {
+        self.laser.as_deref().map_or(JsValue::NULL, |rows| js_sys::Float32Array::from(rows).into())
+    }
+    /// Whether any of the fresh files is of use.
+    #[wasm_bindgen(getter)]
+    pub fn used(&self) -> bool {
+        self.used
+    }
+    /// What of the rig the fresh files bring: "rig", "camera" or nothing.
+    #[wasm_bindgen(getter)]
+    pub fn brought(&self) -> String {
+        self.brought.to_owned()
+    }
+    /// Sentences about files that were left aside.
+    #[wasm_bindgen(getter)]
+    pub fn notes(&self) -> Vec<String> {
+        self.notes.clone()
+    }
+    /// The odometry's readings between two times, as the pipeline's module reads them.
+    pub fn between(&self, from: f64, to: f64) -> Vec<u8> {
+        let reading = |motion: &files::Control| match motion.reading() {
+            pipeline::Odometry::Velocity { v, omega, .. } => {
+                Reading::Velocity { seconds: motion.duration, v, omega }
+            }
+            pipeline::Odometry::Increment { forward, left, turn, .. } => {
+                Reading::Increment { seconds: motion.duration, forward, left, turn }
+            }
+        };
+        let readings = self.odometry.iter().flat_map(|wheels| wheels.between(from, to));
+        let readings: Vec<_> = readings.map(|motion| reading(&motion)).collect();
+        readings_to_bytes(&readings).unwrap_or_default()
+    }
+}
+
+impl Layout {
+    /// As [`layout`], for Rust; `video` is a video's number of pictures and seconds between them.
+    ///
+    /// # Errors
+    /// As [`layout`].
+    pub fn new(paths: &[String], fresh: usize, video: Option<(usize, f64)>) -> Answer<Self> {
+        let mut drop = Drop::sort(paths, fresh);
+        let frames = if video.is_some() { Vec::new() } else { drop.main_folder() };
+        let count = video.map_or(frames.len(), |(count, _)| count);
+        if count == 0 && drop.first(Kind::Rig).is_none() && drop.first(Kind::Camera).is_none() {
+            return Err(drop.nothing_to_show());
+        }
+        let first = frames.first().and_then(|&index| paths.get(index as usize)).map_or("", String::as_str);
+        let folders: Vec<_> = first.split('/').collect();
+        let folders = folders.get(..folders.len() - 1).unwrap_or_default();
+        let title = folders.get(folders.len().saturating_sub(2)..).unwrap_or_default().join("/");
+        let name = match folders.first() {
+            Some(folder) => (*folder).to_owned(),
+            None if count == 1 && !first.is_empty() => first.to_owned(),
+            None => plural(count, "picture"),
+        };
+        let interval = video.map_or(INTERVAL, |(_, interval)| interval);
+        let mut layout = Self {
+            title: if title.is_empty() { name.clone() } else { title },
+            name,
+            times: (0..count).map(|frame| frame as f64 * interval).collect(),
+            frames,
+            rig: None,
+            rig_size: None,
+            rig_source: String::new(),
+            odometry: None,
+            truth: None,
+            laser: None,
+            used: false,
+            brought: "",
+            notes: Vec::new(),
+        };
+        layout.read_rig(&mut drop)?;
+        layout.read_beside(&mut drop, paths)?;
+        drop.say_what_is_left(count);
+        layout.used = drop.used;
+        layout.notes.extend(drop.notes);
+        layout.notes.extend(warnings::fresh());
+        Ok(layout)
+    }
+
+    /// The rig, or a camera file; one that was given after the rig takes the place of the rig's camera.
+    fn read_rig(&mut self, drop: &mut Drop) -> Answer<()> {
+        let rig = drop.one(Kind::Rig);
+        let replaces = rig.as_ref().is_none_or(|(_, fresh)| !fresh);
+        let camera = drop.camera(replaces);
+        if let Some((path, fresh)) = &rig {
+            self.brought = if *fresh { "rig" } else { "" };
+            let rig = Rig::read(Path::new(path)).map_err(sentence)?;
+            self.take_rig(rig_entries(&rig)?, base_name(path));
+        }
+        let Some((path, camera, fresh)) = camera else { return Ok(()) };
+        if fresh {
+            self.brought = "camera";
+        }
+        let entries = camera_entries(&camera);
+        let source = base_name(&path).to_owned();
+        match &mut self.rig {
+            Some(Value::Object(rig)) => {
+                if let Value::Object(entries) = entries {
+                    rig.extend(entries);
+                }
+                drop.notes.push(format!(
+                    "The camera is {source}’s now; how it sits is still {}’s.",
+                    self.rig_source
+                ));
+            }
+            _ => {
+                self.rig = Some(entries);
+                drop.notes.push(format!(
+                    "{source} says nothing of how the camera sits: set its height and tilt in Set-up."
+                ));
+            }
+        }
+        self.rig_size = Some([camera.width as u32, camera.height as u32]);
+        self.rig_source = source;
+        Ok(())
+    }
+
+    fn take_rig(&mut self, entries: Value, source: &str) {
+        let size = |key: &str| entries.get(key).and_then(Value::as_u64).unwrap_or_default() as u32;
+        self.rig_size = Some([size("width"), size("height")]);
+        self.rig_source = source.to_owned();
+        self.rig = Some(entries);
+    }
+
+    fn read_beside(&mut self, drop: &mut Drop, paths: &[String]) -> Answer<()> {
+        if let Some((path, _)) = drop.one(Kind::Times) {
+            let times = read_times(Path::new(&path)).map_err(sentence)?;
+            let (given, pictures) = (times.len(), self.times.len());
+            if given != pictures {
+                return Err(format!(
+                    "{} has {} for {}. Give one time a picture, in the order of the pictures’ names.",
+                    base_name(&path),
+                    plural(given, "time"),
+                    plural(pictures, "picture")
+                ));
+            }
+            self.times = times;
+        } else if let Some(times) = times_in_names(&self.frames, paths) {
+            drop.notes.push("The pictures’ names are their times.".into());
+            self.times = times;
+        }
+        if let Some((path, _)) = drop.one(Kind::Odometry) {
+            let odometry = Odometry::read(Path::new(&path)).map_err(sentence)?;
+            odometry.check_cover(Path::new(&path), &self.times).map_err(sentence)?;
+            self.odometry = Some(odometry);
+        }
+        let mut first = Pose::default();
+        if let Some((path, _)) = drop.one(Kind::Truth) {
+            let poses = read_trajectory(Path::new(&path)).map_err(sentence)?;
+            let truth = Truth::new(&poses, MAX_TRUTH_GAP);
+            first = self.times.first().and_then(|time| truth.at(*time)).unwrap_or_default();
+            self.truth = Some(truth_rows(&truth, &self.times));
+        }
+        if let Some((path, _)) = drop.one(Kind::Laser) {
+            let points = Table::read(Path::new(&path))
+                .and_then(|table| table.numbers(["x", "y"]))
+                .map_err(sentence)?;
+            let kept = points.iter().step_by(points.len().div_ceil(MOST_LASER_POINTS).max(1));
+            let row = |[x, y]: &[f64; 2]| <[f64; 2]>::from(first.inverse_transform(Vector2::new(*x, *y)));
+            self.laser = Some(kept.flat_map(row).map(|number| number as f32).collect());
+        }
+        drop.one(Kind::Landmarks);
+        Ok(())
+    }
+}
+
+fn truth_rows(truth: &Truth, times: &[f64]) -> Vec<f32> {
+    let poses: Vec<_> = times.iter().map(|time| truth.at(*time)).collect();
+    let first_from_world = poses.iter().flatten().next().copied().unwrap_or_default().inverse();
+    let row = |pose: Option<Pose<f64>>| match pose.map(|pose| first_from_world.compose(&pose)) {
+        Some(Pose { x, y, heading }) => [x, y, heading].map(|number| number as f32),
+        None => [f32::NAN; 3],
+    };
+    poses.into_iter().flat_map(row).collect()
+}
+
+/// The times that the pictures' names are, in seconds or, with 16 digits and more, in nanoseconds.
+fn times_in_names(frames: &[u32], paths: &[String]) -> Option<Vec<f64>> {
+    let time = |index: &u32| {
+        let name = base_name(paths.get(*index as usize)?);
+        let stem = name.rsplit_once('.')?.0;
+        let (whole, fraction) = stem.split_once('.').unwrap_or((stem, ""));
+        let digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+        let (whole_digits, is_number) = (whole.len(), digits(whole) && digits(fraction));
+        match (is_number, fraction.is_empty()) {
+            (true, false) if whole_digits >= 9 => stem.parse().ok(),
+            (true, true) if whole_digits >= 16 => stem.parse::<f64>().ok().map(|ns| ns * 1e-9),
+            _ => None,
+        }
+    };
+    let times: Option<Vec<f64>> = frames.iter().map(time).collect();
+    times.filter(|times| times.len() > 1 && times.is_sorted_by(|a, b| a < b))
+}
+
+/// What a device would send of its own accord; here there is none.
+const NO_ANSWERS: Answers = Answers { observations: false, map_every: 0, statistics_every: 0 };
+
+fn camera_entries(camera: &Intrinsics) -> Value {
+    json!({
+        "width": camera.width, "height": camera.height, "focal": camera.focal, "principal": camera.principal,
+        "skew": camera.skew, "lens": lens_name(&camera.lens), "distortion": camera.lens.coefficients().as_slice(),
+    })
+}
+
+fn lens_name(lens: &Lens<f64>) -> &'static str {
+    match lens {
+        Lens::Equidistant(_) => "equidistant",
+        _ => "polynomial",
+    }
+}
+
+fn rig_entries(rig: &Rig) -> Answer<Value> {
+    let Rig { finder, pixel_std, mount_std, settings, .. } = rig;
+    let mut buffer = [0; 1024];
+    // The message's own camera is not looked at, and has no room for every lens.
+    let plain = Camera::new(2, 2, [1.0; 2], [0.5; 2], 0.0, Default::default()).map_err(sentence)?;
+    let plain = Config { finder: RangeFinder::new(plain, *settings.finder.mount()), ..*settings };
+    let message = message_from_config(&plain, NO_ANSWERS);
+    let message: &[u8] = postcard::to_slice(&message, &mut buffer).map_err(sentence)?;
+    let camera = finder.camera();
+    let six = |[height, tilt, roll, yaw, forward, left]: [f64; 6]| json!({ "height": height, "tilt": tilt, "roll": roll, "yaw": yaw, "forward": forward, "left": left });
+    Ok(json!({
+        "width": camera.width(),
+        "height": camera.height(),
+        "focal": [camera.focal().x, camera.focal().y],
+        "principal": [camera.principal().x, camera.principal().y],
+        "skew": camera.skew(),
+        "lens": lens_name(camera.lens()),
+        "distortion": camera.lens().coefficients().as_slice(),
+        "pixelStd": pixel_std,
+        "mount": six(finder.mount().parameters()),
+        "mountStd": six(*mount_std),
+        "settings": message,
+        "settingsToml": changed_settings(settings),
+    }))
+}
+
+/// "1 picture", "2 pictures".
+fn plural(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}
+
+/// The files of a drop by their kinds; what is not taken is said to be left.
+struct Drop {
+    /// Kind, path, place among the paths, whether it was just given.
+    files: Vec<(Kind, String, usize, bool)>,
+    used: bool,
+    notes: Vec<String>,
+}
+
+impl Drop {
+    fn sort(paths: &[String], fresh: usize) -> Self {
+        let files = paths.iter().enumerate().filter(|(_, path)| !is_litter(path));
+        let files = files.map(|(index, path)| (Kind::of(path), path.clone(), index, index < fresh)).collect();
+        Self { files, used: false, notes: Vec::new() }
+    }
+
+    fn first(&self, kind: Kind) -> Option<&str> {
+        self.files.iter().find(|file| file.0 == kind).map(|file| file.1.as_str())
+    }
+
+    fn of(&self, kind: Kind) -> Vec<(String, bool)> {
+        self.files
+            .iter()
+            .filter(|file| file.0 == kind)
+            .map(|(_, path, _, fresh)| (path.clone(), *fresh))
+            .collect()
+    }
+
+    /// The one file of a kind; others of it are said to be left out.
+    fn one(&mut self, kind: Kind) -> Option<(String, bool)> {
+        let found = self.of(kind);
+        let (first, more) = found.split_first()?;
+        for (path, fresh) in more {
+            if *fresh {
+                self.notes.push(format!(
+                    "{} is not used: {} came first.",
+                    base_name(path),
+                    base_name(&first.0)
+                ));
+            }
+        }
+        self.used |= first.1;
+        Some(first.clone())
+    }
+
+    /// The first camera file that is one, and is wanted.
+    fn camera(&mut self, wanted: bool) -> Option<(String, Intrinsics, bool)> {
+        let mut found: Option<(String, Intrinsics, bool)> = None;
+        for (path, fresh) in self.of(Kind::Camera) {
+            let name = base_name(&path).to_owned();
+            let reason = match (&found, wanted, read_camera_info(Path::new(&path))) {
+                (None, true, Ok(camera)) => {
+                    self.used |= fresh;
+                    found = Some((path, camera, fresh));
+                    continue;
+                }
+                (Some((first, ..)), _, Ok(_)) => format!("{} came first", base_name(first)),
+                (None, _, Ok(_)) => "the rig has a camera".to_owned(),
+                (_, _, Err(error)) => {
+                    let said = sentence(error);
+                    said.strip_prefix(&format!("{path}: ")).unwrap_or(&said).to_owned()
+                }
+            };
+            if fresh {
+                self.notes.push(format!("{name} is not used: {}.", reason.trim_end_matches('.')));
+            }
+        }
+        found
+    }
+
+    /// The pictures of the folder that holds most of them, in the order of the command line's frames.
+    fn main_folder(&mut self) -> Vec<u32> {
+        let mut folders: BTreeMap<String, Vec<(String, usize, bool)>> = BTreeMap::new();
+        for (_, path, index, fresh) in self.files.iter().filter(|file| file.0 == Kind::Picture) {
+            let folder = path.rsplit_once('/').map_or("", |(folder, _)| folder).to_owned();
+            folders.entry(folder).or_default().push((path.clone(), *index, *fresh));
+        }
+        // Of folders that hold as many, colour pictures before depth, the left camera before the right one.
+        let rank = |folder: &str| {
+            usize::from(["depth", "right", "image_1", "cam1"].iter().any(|second| folder.ends_with(second)))
+        };
+        let best = folders.iter().max_by_key(|(folder, pictures)| {
+            (pictures.len(), usize::MAX - rank(folder), core::cmp::Reverse((*folder).clone()))
+        });
+        let Some(best) = best.map(|(folder, _)| folder.clone()) else { return Vec::new() };
+        let mut pictures = folders.remove(&best).unwrap_or_default();
+        for (folder, left) in folders {
+            let place = if folder.is_empty() { "beside it".to_owned() } else { format!("in {folder}") };
+            self.notes.push(format!(
+                "{} {place} left aside: one camera’s pictures make a sequence.",
+                were(left.len(), "picture")
+            ));
+        }
+        files::sort_names(&mut pictures, |(path, ..)| base_name(path).to_owned());
+        self.used |= pictures.iter().any(|(.., fresh)| *fresh);
+        pictures.into_iter().map(|(_, index, _)| index as u32).collect()
+    }
+
+    /// Sentences about what a sequence has no use for.
+    fn say_what_is_left(&mut self, count: usize) {
+        let fresh = self.files.iter().filter(|file| file.3);
+        let mut notes: Vec<_> = fresh
+            .clone()
+            .filter(|file| matches!(file.0, Kind::Other | Kind::Container))
+            .map(|(kind, path, ..)| format!("{} is not used: {}", base_name(path), what_to_do(*kind, path)))
+            .collect();
+        if count > 0 {
+            let videos = fresh.filter(|file| file.0 == Kind::Video && !self.used);
+            notes.extend(
+                videos.map(|file| format!("{} is not used: open a video by itself.", base_name(&file.1))),
+            );
+        }
+        if notes.len() > 3 {
+            let more = notes.split_off(2);
+            notes.push(format!("{} more files are not used either.", more.len()));
+        }
+        self.notes.extend(notes);
+    }
+
+    fn nothing_to_show(&self) -> String {
+        let help = "Drop pictures (PNG, JPEG, PGM …), a folder of them or a video.";
+        match self.files.as_slice() {
+            [] => format!("There was nothing in that. {help}"),
+            [(kind @ (Kind::Container | Kind::Other), path, ..)] => match kind {
+                Kind::Container => {
+                    format!("{} is not a picture: {}", base_name(path), what_to_do(*kind, path))
+                }
+                _ => format!("{} is not a picture. {help}", base_name(path)),
+            },
+            [(_, path, ..)] => format!("{} needs pictures beside it. {help}", base_name(path)),
+            files => format!("None of these {} files is a picture. {help}", files.len()),
+        }
+    }
+}
+
+fn were(count: usize, noun: &str) -> String {
+    format!("{} {}", plural(count, noun), if count == 1 { "was" } else { "were" })
+}
+
+/// Why a file is of no use, and what to do, as the end of a sentence.
+fn what_to_do(kind: Kind, path: &str) -> &'static str {
+    let end = path.rsplit_once('.').map_or("", |(_, end)| end).to_ascii_lowercase();
+    match (kind, end.as_str()) {
+        (Kind::Container, "bag" | "mcap" | "db3") => {
+            "it is a log of ROS. Write its camera’s pictures and odometry to files first (for a bag: `rosrun image_view \
+             extract_images`; for MCAP and db3: `ros2 bag play` beside `image_view`), then drop the folder."
+        }
+        (Kind::Container, _) => "it is an archive. Unpack it, then drop the folder.",
+        _ => "it is neither a picture nor a file that a sequence needs.",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn laid_out(paths: &[&str]) -> Answer<Layout> {
+        let paths: Vec<_> = paths.iter().map(|path| (*path).to_owned()).collect();
+        Layout::new(&paths, paths.len(), None)
+    }
+
+    #[test]
+    fn the_folder_with_most_pictures_is_the_sequence_in_natural_order() {
+        let layout = laid_out(&["d/logo.png", "d/frames/10.png", "d/frames/9.png"]).unwrap();
+        assert_eq!(
+            (layout.frames, layout.title.as_str(), layout.name.as_str()),
+            (vec![2, 1], "d/frames", "d")
+        );
+    }
+
+    #[test]
+    fn colour_comes_before_depth_and_names_may_be_times() {
+        let layout = laid_out(&[
+            "d/depth/1305031102.20.png",
+            "d/depth/1305031102.30.png",
+            "d/rgb/1305031102.25.png",
+            "d/rgb/1305031102.50.png",
+        ])
+        .unwrap();
+        assert_eq!((layout.frames, layout.times), (vec![2, 3], vec![1305031102.25, 1305031102.5]));
+        assert!(
+            layout.notes.iter().any(|note| note.contains("2 pictures were in d/depth")),
+            "{:?}",
+            layout.notes
+        );
+    }
+
+    #[test]
+    fn a_foreign_yaml_is_a_note_and_not_the_end() {
+        memory::offer("mav0/imu0/sensor.yaml", b"gyroscope_noise_density: 1.6968e-04\n".to_vec());
+        let layout = laid_out(&["mav0/cam0/data/1.png", "mav0/imu0/sensor.yaml"]).unwrap();
+        assert!(layout.rig.is_none());
+        assert!(
+            layout.notes.iter().any(|note| note.starts_with("sensor.yaml is not used: ")),
+            "{:?}",
+            layout.notes
+        );
+    }
+
+    #[test]
+    fn a_camera_file_given_after_a_rig_takes_the_place_of_its_camera() {
+        memory::offer("rig.toml", b"[camera]\nwidth = 8\nheight = 6\nfocal = [9.0, 9.0]\nprincipal = [4.0, 3.0]\n[mount]\nheight = 0.7\ntilt_deg = 9.0\n".to_vec());
+        memory::offer("cam.yaml", b"image_width: 8\nimage_height: 6\ncamera_matrix:\n  rows: 3\n  cols: 3\n  data: [7, 0, 4, 0, 7, 3, 0, 0, 1]\ndistortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [0, 0, 0, 0, 0]\n".to_vec());
+        let paths = ["cam.yaml", "1.png", "rig.toml"].map(str::to_owned);
+        let layout = Layout::new(&paths, 1, None).unwrap();
+        let rig = layout.rig.unwrap();
+        assert_eq!((rig["focal"][0].as_f64(), rig["mount"]["height"].as_f64()), (Some(7.0), Some(0.7)));
+        assert!(layout.used && layout.rig_source == "cam.yaml");
+    }
+
+    #[test]
+    fn rubbish_beside_a_sequence_is_of_no_use_and_a_log_says_what_to_do() {
+        let paths = ["drive.mcap", "1.png"].map(str::to_owned);
+        let layout = Layout::new(&paths, 1, None).unwrap();
+        assert!(!layout.used && layout.notes[0].contains("log of ROS"), "{:?}", layout.notes);
+    }
+}

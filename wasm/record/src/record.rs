@@ -1,0 +1,123 @@
+//! A run from its first frame to its last, as one module tells it to another.
+use crate::Verdict;
+use serde::{Deserialize, Serialize};
+
+/// What the wheels said over some time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Reading {
+    /// Speed (m/s) and turn rate (rad/s) for so many seconds.
+    Velocity {
+        /// Seconds.
+        seconds: f64,
+        /// m/s.
+        v: f32,
+        /// rad/s.
+        omega: f32,
+    },
+    /// A step in the robot's own frame.
+    Increment {
+        /// Seconds.
+        seconds: f64,
+        /// Metres ahead.
+        forward: f32,
+        /// Metres to the left.
+        left: f32,
+        /// Radians.
+        turn: f32,
+    },
+}
+
+/// A frame that was used.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Frame {
+    /// Its place in the sequence.
+    pub index: usize,
+    /// Seconds, on the sequence's clock.
+    pub time: f64,
+    /// x, y, heading of the robot in the world.
+    pub pose: [f32; 3],
+    /// var_x, cov_xy, cov_xh, var_y, cov_yh, var_h.
+    pub covariance: [f32; 6],
+    /// Rows of [`crate::Corner`].
+    pub corners: Vec<f32>,
+    /// Milliseconds of decoding, edges, lines, motion, map.
+    pub stages_ms: [f32; 5],
+}
+
+/// A landmark of the finished map.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MapPoint {
+    /// Its number.
+    pub id: u64,
+    /// x, y in metres.
+    pub position: [f32; 2],
+    /// var_x, cov_xy, var_y in m².
+    pub covariance: [f32; 3],
+    /// How often it was seen.
+    pub seen: u64,
+    /// When it was seen first and last, seconds since the first frame.
+    pub times: [f64; 2],
+}
+
+/// A run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// What was run through, as the command line would name it.
+    pub title: String,
+    /// Frames of the sequence.
+    pub frames: usize,
+    /// The first frame's time in seconds.
+    pub start: f64,
+    /// The frames that were used, in order.
+    pub used: Vec<Frame>,
+    /// Why the other ones were not, a sentence each.
+    pub left_out: Vec<String>,
+    /// The confirmed landmarks.
+    pub map: Vec<MapPoint>,
+    /// Corners that had no range worth the name.
+    pub without_range: u32,
+    /// Landmarks for which there was no room.
+    pub no_room: u32,
+    /// Where the motion came from the pictures: steps that they could not tell.
+    pub unmeasured: Option<usize>,
+    /// Where a homography was to carry corners: pictures in which the floor's, the free one, or none did.
+    pub carried: Option<[usize; 3]>,
+    /// The filter's verdict on itself.
+    pub verdict: Verdict,
+    /// Mean normalised innovation squared a degree of freedom.
+    pub mean_nis: f32,
+}
+
+impl Record {
+    /// In bytes, for another module.
+    ///
+    /// # Errors
+    /// Without memory.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, postcard::Error> {
+        postcard::to_allocvec(self)
+    }
+
+    /// From the bytes of [`to_bytes`](Self::to_bytes).
+    ///
+    /// # Errors
+    /// Where they are of another build.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, postcard::Error> {
+        postcard::from_bytes(bytes)
+    }
+}
+
+/// Readings in bytes, for another module.
+///
+/// # Errors
+/// Without memory.
+pub fn readings_to_bytes(readings: &[Reading]) -> Result<Vec<u8>, postcard::Error> {
+    postcard::to_allocvec(readings)
+}
+
+/// Readings from the bytes of [`readings_to_bytes`].
+///
+/// # Errors
+/// Where they are of another build.
+pub fn readings_from_bytes(bytes: &[u8]) -> Result<Vec<Reading>, postcard::Error> {
+    postcard::from_bytes(bytes)
+}
