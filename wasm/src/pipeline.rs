@@ -14,7 +14,7 @@ use crate::rig::{JsRig, Rig};
 use monorange_core::geometry::RangeFinder;
 use monorange_core::image::Grey;
 use monorange_core::pipeline::{Carrier, Config, MotionFrom, Odometry, Stage};
-use monorange_core::slam::Status;
+use monorange_core::slam::{Reason, Status};
 use monorange_core::{Error, Result};
 use monorange_protocol::{conversion::config_from_message, message::Configure};
 use monorange_wasm_drive::Drive;
@@ -142,6 +142,11 @@ impl Pipeline {
     /// The filter's verdict on itself.
     pub fn verdict(&self) -> Verdict {
         self.inner.health().verdict().into()
+    }
+
+    /// What speaks against the filter, in words; empty where nothing does.
+    pub fn reason(&self) -> String {
+        self.inner.health().reason().map_or("", Reason::as_str).to_owned()
     }
 
     /// Mean normalised innovation squared a degree of freedom, over the last measurements; 1 is right.

@@ -149,7 +149,7 @@ test('a live camera is mapped until it is stopped', async () => {
   await waitForPhase(page, 'live');
   await expect.poll(status, { timeout: 30_000 }).toMatch(/Frame ([3-9]|\d\d) of/);
   await page.click('#cancel');
-  await waitForPhase(page, 'cancelled');
+  await waitForPhase(page, 'done');
   expect((await exported(page, 'trajectory.tum')).trim().split('\n').length).toBeGreaterThan(2);
 });
 

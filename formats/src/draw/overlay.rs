@@ -1,7 +1,9 @@
 use super::{
-    canvas::{Canvas, Colour, GREEN, ORANGE, PURPLE, SKY, Stroke, WHITE, YELLOW},
+    canvas::{Canvas, Colour, GREEN, ORANGE, PURPLE, Stroke, WHITE, YELLOW},
     floor,
 };
+#[cfg(feature = "proposals")]
+use super::canvas::SKY;
 use crate::{Result, files::Rig};
 use monorange_core::{
     lines::Extraction,

@@ -7,6 +7,7 @@
 //! | [`sample`] | `Sample`: the simulated sequence, as the files that `monorange simulate` would write |
 #![warn(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
+mod drop;
 pub mod kinds;
 pub mod layout;
 pub mod mount_fit;

@@ -77,10 +77,10 @@ pub enum Verdict {
     Unchecked = 0,
     /// The errors are as large as the filter says.
     Consistent = 1,
-    /// They are larger.
-    OverConfident = 2,
-    /// They are far larger: the map is not to be believed.
-    Diverging = 3,
+    /// Not to be relied on.
+    Doubtful = 2,
+    /// The pose is not known.
+    Lost = 3,
 }
 
 impl From<slam::Verdict> for Verdict {
@@ -88,8 +88,8 @@ impl From<slam::Verdict> for Verdict {
         match verdict {
             slam::Verdict::Unchecked => Self::Unchecked,
             slam::Verdict::Consistent => Self::Consistent,
-            slam::Verdict::OverConfident => Self::OverConfident,
-            slam::Verdict::Diverging => Self::Diverging,
+            slam::Verdict::Doubtful => Self::Doubtful,
+            slam::Verdict::Lost => Self::Lost,
         }
     }
 }
@@ -99,8 +99,8 @@ impl From<Verdict> for slam::Verdict {
         match verdict {
             Verdict::Unchecked => Self::Unchecked,
             Verdict::Consistent => Self::Consistent,
-            Verdict::OverConfident => Self::OverConfident,
-            Verdict::Diverging => Self::Diverging,
+            Verdict::Doubtful => Self::Doubtful,
+            Verdict::Lost => Self::Lost,
         }
     }
 }

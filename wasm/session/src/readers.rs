@@ -89,6 +89,8 @@ export interface FrameResult {
   /** The motion came from the pictures, and this one could not tell it. */
   motionHeld: boolean;
   verdict: Verdict;
+  /** What speaks against the filter, in words; empty where nothing does. */
+  reason: string;
   /** Mean normalised innovation squared a degree of freedom; 1 is right. */
   meanNis: number;
   /** Milliseconds of decoding, edges, lines, motion, map. */
@@ -262,6 +264,8 @@ extern "C" {
     pub fn finish(this: &Pipeline, time: f64, ended: &Function) -> Result<Report, JsValue>;
     #[wasm_bindgen(method)]
     pub fn verdict(this: &Pipeline) -> u32;
+    #[wasm_bindgen(method)]
+    pub fn reason(this: &Pipeline) -> String;
     #[wasm_bindgen(method, js_name = meanNis)]
     pub fn mean_nis(this: &Pipeline) -> f32;
     #[wasm_bindgen(method)]

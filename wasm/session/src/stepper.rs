@@ -106,6 +106,7 @@ impl Stepper {
                 ("nisDegrees", report.nis_degrees.into()),
                 ("motionHeld", held.into()),
                 ("verdict", self.pipeline.verdict().into()),
+                ("reason", self.pipeline.reason().into()),
                 ("meanNis", self.pipeline.mean_nis().into()),
                 ("stages", array(&stages)),
             ],
@@ -226,8 +227,8 @@ impl Stepper {
         record.mean_nis = self.pipeline.mean_nis();
         record.verdict = match self.pipeline.verdict() {
             1 => Verdict::Consistent,
-            2 => Verdict::OverConfident,
-            3 => Verdict::Diverging,
+            2 => Verdict::Doubtful,
+            3 => Verdict::Lost,
             _ => Verdict::Unchecked,
         };
     }

@@ -18,8 +18,8 @@ export function decisionWords(decision: number): string {
 const VERDICTS = {
   [VERDICT.Unchecked]: 'unchecked: no corner was seen twice, so nothing tells whether ± is right',
   [VERDICT.Consistent]: 'consistent: errors are no larger than ± says',
-  [VERDICT.OverConfident]: 'over-confident: errors are larger than ± says',
-  [VERDICT.Diverging]: 'diverging: errors are far larger than ± says, and the map is not to be believed',
+  [VERDICT.Doubtful]: 'doubtful, not to be relied on',
+  [VERDICT.Lost]: 'lost: the pose is not known, and the map is not to be believed',
 } as const;
 
 export interface Summary {
@@ -31,6 +31,8 @@ export interface Summary {
   /** Standard deviation of the last position, m. */
   std: number;
   verdict: keyof typeof VERDICTS;
+  /** What speaks against the filter; empty where nothing does. */
+  reason: string;
   meanNis: number;
   /** Distance of the last position from the truth in metres, and whether it is inside 3σ; null without truth. */
   off: { metres: number; inside: boolean } | null;
@@ -48,7 +50,7 @@ export function summaryOf({ results, sequence }: Pick<State, 'results' | 'sequen
   const corners = used.reduce((sum, result) => sum + result.corners.length / CORNER.Width, 0);
   return {
     path, corners, used: used.length, landmarks: confirmed(last), std: positionStd(last),
-    verdict: last.verdict as keyof typeof VERDICTS, meanNis: last.meanNis, off: offTruth(last, sequence?.truth ?? null),
+    verdict: last.verdict as keyof typeof VERDICTS, reason: last.reason, meanNis: last.meanNis, off: offTruth(last, sequence?.truth ?? null),
   };
 }
 
@@ -78,7 +80,7 @@ export function resultSentence(state: Readonly<State>): string {
   if ((phase !== 'done' && phase !== 'cancelled') || !sequence || results.length === 0) return '';
   const summary = summaryOf(state);
   if (!summary) return 'No picture could be used.';
-  const { path, used, corners, landmarks, std, verdict, off, meanNis } = summary;
+  const { path, used, corners, landmarks, std, verdict, reason, off, meanNis } = summary;
   if (corners === 0) {
     return `No floor corner was found in ${count(used, 'picture')}, so there is no map. A floor corner is where an upright edge of a wall, a door or a box meets the floor: ` +
       'let the camera see some, sharp and a few metres away, and check in Set-up that the horizon lies where it is. Ranges by pointing work all the same.';
@@ -92,7 +94,7 @@ export function resultSentence(state: Readonly<State>): string {
     still ? `The pictures show no motion that could be measured, in ${count(used, 'picture')}` : `${path.toFixed(1)} m driven in ${count(used, 'picture')}`,
     count(landmarks, 'landmark'), `position ${plusMinus(std)} at the end`,
     ...(off ? [`${off.metres < 1 ? `${Math.round(off.metres * 100)} cm` : `${off.metres.toFixed(2)} m`} from the truth, ${off.inside ? 'inside' : 'outside'} 3σ`] : []),
-    `${VERDICTS[verdict]}${verdict === VERDICT.Unchecked ? '' : ` (mean NIS ${meanNis.toFixed(2)}, 1 is right)`}`,
+    `${VERDICTS[verdict]}${reason && `: ${reason}`}${verdict === VERDICT.Unchecked ? '' : ` (mean NIS ${meanNis.toFixed(2)}, 1 is right)`}`,
     ...(guess ? [`but ${guess}: ± is no better than that`] : []),
   ];
   return `${parts.join('; ')}.`;

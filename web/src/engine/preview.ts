@@ -8,7 +8,7 @@ import rig from './first.json';
 const FIRST: Rig = { ...guessedRig(rig.width, rig.height), ...(rig as unknown as Partial<Rig>), guessed: false, mountGuessed: false, source: 'rig.toml' };
 
 export async function preview(): Promise<{ shown: Shown; result: FrameResult; rig: Rig }> {
-  const picture = await (await fetch(new URL('./first.png', import.meta.url))).blob();
+  const picture = await (await fetch(new URL('./first.jpg', import.meta.url))).blob();
   const layout: Layout = {
     frames: Uint32Array.of(0), times: Float64Array.of(0), name: 'sample', title: 'sample', rig: null, rigSize: undefined, rigSource: '',
     wheels: false, truth: null, laser: null, used: true, brought: '', notes: [], between: () => new Uint8Array(),
@@ -16,7 +16,7 @@ export async function preview(): Promise<{ shown: Shown; result: FrameResult; ri
   const readers: Readers = {
     wants: () => false, offer: () => undefined, layout: () => layout, sizeOf: () => undefined, pipeline, decode: () => Promise.reject(new Error('no reader')),
   };
-  const session = await Session.open([{ path: 'first.png', blob: () => picture }], 1, readers);
+  const session = await Session.open([{ path: 'first.jpg', blob: () => picture }], 1, readers);
   const results: FrameResult[] = [];
   await session.run(0, FIRST, { progress: (some) => results.push(...some) });
   const [result] = results;
