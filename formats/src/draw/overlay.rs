@@ -1,9 +1,9 @@
+#[cfg(feature = "proposals")]
+use super::canvas::SKY;
 use super::{
     canvas::{Canvas, Colour, GREEN, ORANGE, PURPLE, Stroke, WHITE, YELLOW},
     floor,
 };
-#[cfg(feature = "proposals")]
-use super::canvas::SKY;
 use crate::{Result, files::Rig};
 use monorange_core::{
     lines::Extraction,
