@@ -178,6 +178,20 @@ impl<S: Read + Write> Client<S> {
         ranges.ok_or_else(|| io::Error::new(io::ErrorKind::NotConnected, "the device is not configured"))
     }
 
+    /// Asks for the whole map, and returns it: tentative landmarks too.
+    ///
+    /// # Errors
+    /// As [`send`](Self::send), and [`io::ErrorKind::TimedOut`] when it does not come.
+    pub fn map(&mut self) -> io::Result<Vec<Landmark>> {
+        let mut answer = Answer::default();
+        self.send(&HostMessage::Ask(Ask::Map), &mut |_| ())?;
+        self.wait_for(&mut |message| {
+            answer.absorb(message);
+            matches!(message, DeviceMessage::Map(some) if answer.landmarks.len() == usize::from(some.total))
+        })?;
+        Ok(answer.landmarks)
+    }
+
     /// Ends a picture until the device has answered it: an end that was lost on the way is said again.
     fn finish(&mut self, frame: u32, mut answer: Answer) -> io::Result<Answer> {
         let start = Instant::now();

@@ -3,7 +3,7 @@ use monorange_formats::files::Rig;
 use monorange_protocol::{
     client::Client,
     conversion,
-    message::{Answers, Ask, Cause, DeviceMessage, FrameBegin, HostMessage, Landmark, Motion, Odometry},
+    message::{Answers, Cause, DeviceMessage, FrameBegin, HostMessage, Motion, Odometry},
 };
 use numpy::PyReadonlyArray2;
 use pyo3::{
@@ -185,19 +185,7 @@ impl Device {
     /// The device's map: a list of landmarks.
     fn map<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
         let client = &mut self.client;
-        let found = py.detach(|| -> io::Result<Vec<Landmark>> {
-            client.send(&HostMessage::Ask(Ask::Map), &mut |_| ())?;
-            let mut map = Vec::new();
-            client.wait_for(&mut |message| {
-                let DeviceMessage::Map(some) = message else { return false };
-                if some.first == 0 {
-                    map.clear();
-                }
-                map.extend(&some.landmarks);
-                map.len() == usize::from(some.total)
-            })?;
-            Ok(map)
-        });
+        let found = py.detach(|| client.map());
         let map = PyList::empty(py);
         for landmark in found.map_err(lost)?.iter().filter(|landmark| landmark.confirmed) {
             let point = PyDict::new(py);

@@ -66,6 +66,7 @@ pub struct Arguments {
 /// When a file is missing, malformed or does not fit the others, the device refuses the configuration or does not answer, or
 /// nothing can be written.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    arguments.inputs.only_one();
     let patience =
         Duration::try_from_secs_f64(arguments.patience).ok().filter(|patience| !patience.is_zero());
     let patience =

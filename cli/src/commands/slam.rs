@@ -1,15 +1,18 @@
 //! `slam`: a sequence of pictures → trajectory, map, and a report about both.
+mod several;
+
 use crate::{
     commands::{progress, results},
     mcap_output::McapOutput,
     outputs::{Outputs, to_file_or_stdout},
     sequence::{Sequence, SequenceFiles},
 };
-use clap::Args;
+use clap::{Args, CommandFactory, error::ErrorKind};
+use indicatif::ProgressBar;
 use monorange_core::{
     geometry::Pose,
     lines::Extraction,
-    pipeline::{Carrier, Config, CornersFrom, Memory, MotionFrom, MovedBy, OnHeap, Pipeline, Report},
+    pipeline::{Carrier, Memory, MovedBy, OnHeap, Pipeline, Report},
     slam::{Increment, Verdict},
 };
 use monorange_formats::{
@@ -39,12 +42,21 @@ use std::{
 ///
 /// `--bag drive.mcap` takes a recording of ROS 2 instead of a folder (MCAP or rosbag2: pictures raw or packed, odometry, camera_info,
 /// tf); without --rig its camera_info and transforms say what the camera is and how it sits.
+///
+/// Several folders of frames, or recordings, are several drives: they are done side by side on all cores, each into a folder
+/// of its own in --out, named by what tells the folders apart. --rig, --times, --odometry and --truth are then given once for
+/// all drives, or once for each in the same order.
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Example:
   monorange simulate --scene corridor --frames 30 --out corridor-30
   monorange slam --rig corridor-30/rig.toml --frames corridor-30/frames \\
-    --odometry corridor-30/odometry.csv --truth corridor-30/truth.tum --out corridor-30/slam")]
+    --odometry corridor-30/odometry.csv --truth corridor-30/truth.tum --out corridor-30/slam
+
+  # several drives at once
+  monorange simulate --scene corridor --frames 30 --seed 1 --out drives/first
+  monorange simulate --scene corridor --frames 30 --seed 2 --out drives/second
+  monorange slam --rig drives/*/rig.toml --frames drives/*/frames --odometry drives/*/odometry.csv --out maps")]
 pub struct Arguments {
     #[command(flatten)]
     inputs: Inputs,
@@ -66,17 +78,17 @@ pub struct Arguments {
 #[derive(Args, Debug)]
 pub(super) struct Inputs {
     /// Camera, mount and settings (TOML); with --bag by default what the recording says.
-    #[arg(long, value_name = "FILE", required_unless_present = "bag")]
-    rig: Option<PathBuf>,
+    #[arg(long, value_name = "FILE", num_args = 1.., required_unless_present = "bag")]
+    rig: Vec<PathBuf>,
     /// Which camera of the file that the rig names with `camera_info`, counted from 0, where it holds several.
     #[arg(long, value_name = "N", requires = "rig")]
     camera: Option<usize>,
     /// The folder of pictures, or a folder of EuRoC, KITTI or TUM RGB-D.
-    #[arg(long, value_name = "DIR", required_unless_present = "bag")]
-    frames: Option<PathBuf>,
+    #[arg(long, value_name = "DIR", num_args = 1.., required_unless_present = "bag")]
+    frames: Vec<PathBuf>,
     /// A recording of ROS 2 instead: an MCAP file, a .db3 file, or rosbag2's folder.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["frames", "times"])]
-    bag: Option<PathBuf>,
+    #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with_all = ["frames", "times"])]
+    bag: Vec<PathBuf>,
     /// The recording's topic of pictures, where there are several.
     #[arg(long, value_name = "TOPIC", requires = "bag")]
     image_topic: Option<String>,
@@ -87,14 +99,14 @@ pub(super) struct Inputs {
     #[arg(long, value_name = "TOPIC", requires = "bag")]
     camera_info_topic: Option<String>,
     /// Times of the frames, one a line, s.
-    #[arg(long, value_name = "FILE")]
-    times: Option<PathBuf>,
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    times: Vec<PathBuf>,
     /// Odometry (CSV `t,v,omega` or `t,dx,dy,dtheta`); from the pictures without it.
-    #[arg(long, value_name = "FILE")]
-    odometry: Option<PathBuf>,
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    odometry: Vec<PathBuf>,
     /// True trajectory (TUM or CSV), for the report.
-    #[arg(long, value_name = "FILE")]
-    truth: Option<PathBuf>,
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    truth: Vec<PathBuf>,
 }
 
 /// Runs the command.
@@ -102,10 +114,19 @@ pub(super) struct Inputs {
 /// # Errors
 /// When a file is missing, malformed or does not fit the others, or nothing can be written.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    let drives = arguments.inputs.each();
+    if drives.len() > 1 {
+        if arguments.mcap.is_some() {
+            wrong("--mcap takes one drive: a recording holds one");
+        }
+        return several::run(arguments, &drives);
+    }
     let (rig, sequence) = arguments.inputs.read()?;
     let mut outputs = Outputs::of_a_run(&arguments.out, &OUTPUTS, "report.json")?;
-    let mut drive = Drive::new(arguments, &rig, &sequence)?;
-    drive.all_frames()?;
+    let mut drive = Drive::new(arguments, &arguments.inputs, &rig, &sequence)?;
+    let bar = progress::bar(sequence.images.len(), "frames");
+    drive.all_frames(&bar)?;
+    bar.finish_and_clear();
     let (mut run, mcap) = drive.finish(&arguments.inputs)?;
     results::write(&mut outputs, &mut run)?;
     outputs.commit()?;
@@ -121,9 +142,9 @@ impl Inputs {
     /// # Errors
     /// When a file is missing, malformed or does not fit the others.
     pub(super) fn read(&self) -> Result<(Rig, Sequence)> {
-        let rig = self.rig.as_deref().map(|rig| Rig::read_of(rig, self.camera)).transpose()?;
+        let rig = self.rig.first().map(|rig| Rig::read_of(rig, self.camera)).transpose()?;
         crate::warnings::say();
-        let Some(bag) = &self.bag else {
+        let Some(bag) = self.bag.first() else {
             let rig = rig.ok_or_else(|| Error::new("there is no rig").help("give --rig"))?;
             let sequence = Sequence::read(self.files(), &rig)?;
             return Ok((rig, sequence));
@@ -142,20 +163,65 @@ impl Inputs {
 
     /// The file that settings came from, for messages.
     pub(super) fn rig_place(&self) -> &Path {
-        self.rig.as_deref().unwrap_or_else(|| self.place())
+        self.rig.first().map_or_else(|| self.place(), PathBuf::as_path)
     }
 
     /// The folder of pictures, or the recording.
     fn place(&self) -> &Path {
-        self.frames.as_deref().or(self.bag.as_deref()).unwrap_or(Path::new(""))
+        self.places().first().map_or(Path::new(""), PathBuf::as_path)
+    }
+
+    /// The folders of pictures, or the recordings.
+    fn places(&self) -> &[PathBuf] {
+        if self.bag.is_empty() { &self.frames } else { &self.bag }
+    }
+
+    /// The drives one by one. What is given once is every drive's.
+    ///
+    /// Ends the process where something is given neither once nor once for each drive.
+    fn each(&self) -> Vec<Self> {
+        let drives = self.places().len();
+        let [rig, times] = [("--rig", &self.rig), ("--times", &self.times)];
+        let [odometry, truth] = [("--odometry", &self.odometry), ("--truth", &self.truth)];
+        for (name, files) in [rig, times, odometry, truth] {
+            if files.len() > 1 && files.len() != drives {
+                wrong(&format!(
+                    "{name} is given {} times for {drives} drives: give it once for all, or once for each in the same order",
+                    files.len()
+                ));
+            }
+        }
+        let of = |files: &[PathBuf], drive: usize| -> Vec<PathBuf> {
+            files.get(drive).or(files.first()).cloned().into_iter().collect()
+        };
+        let one = |drive| Self {
+            rig: of(&self.rig, drive),
+            camera: self.camera,
+            frames: of(&self.frames, drive),
+            bag: of(&self.bag, drive),
+            image_topic: self.image_topic.clone(),
+            odometry_topic: self.odometry_topic.clone(),
+            camera_info_topic: self.camera_info_topic.clone(),
+            times: of(&self.times, drive),
+            odometry: of(&self.odometry, drive),
+            truth: of(&self.truth, drive),
+        };
+        (0..drives).map(one).collect()
+    }
+
+    /// Ends the process where more than one drive is given.
+    pub(super) fn only_one(&self) {
+        if self.each().len() > 1 {
+            wrong("this command takes one drive; `monorange slam` takes several");
+        }
     }
 
     fn files(&self) -> SequenceFiles<'_> {
         SequenceFiles {
             frames: self.place(),
-            times: self.times.as_deref(),
-            odometry: self.odometry.as_deref(),
-            truth: self.truth.as_deref(),
+            times: self.times.first().map(PathBuf::as_path),
+            odometry: self.odometry.first().map(PathBuf::as_path),
+            truth: self.truth.first().map(PathBuf::as_path),
         }
     }
 
@@ -166,6 +232,11 @@ impl Inputs {
             folder.components().rev().take(2).map(|part| part.as_os_str().to_string_lossy()).collect();
         names.into_iter().rev().collect::<Vec<_>>().join("/")
     }
+}
+
+/// Ends the process: the command line is wrong.
+fn wrong(why: &str) -> ! {
+    super::Cli::command().error(ErrorKind::WrongNumberOfValues, why).exit()
 }
 
 /// The pipeline on its way through the sequence, and what it has gathered.
@@ -186,23 +257,15 @@ struct Drive<'a> {
 }
 
 impl<'a> Drive<'a> {
-    fn new(arguments: &Arguments, rig: &'a Rig, sequence: &'a Sequence) -> Result<Self> {
+    fn new(arguments: &Arguments, inputs: &Inputs, rig: &'a Rig, sequence: &'a Sequence) -> Result<Self> {
         let camera = rig.finder.camera();
         let memory = Memory::on_heap(camera.width(), camera.height(), usize::from(arguments.max_landmarks));
-        let refused = |error| {
-            Error::new(error).at(arguments.inputs.rig_place()).help("correct the setting in the rig file")
-        };
-        let motion_from = match sequence.odometry {
-            Some(_) => rig.settings.motion_from,
-            None => MotionFrom::Pictures,
-        };
-        // A host finds more than every target can; a rig that names what every target has gets that.
-        let corners_from =
-            if rig.assumed_corners { CornersFrom::Proposals } else { rig.settings.corners_from };
-        let config = Config { motion_from, corners_from, ..rig.settings };
+        let refused =
+            |error| Error::new(error).at(inputs.rig_place()).help("correct the setting in the rig file");
+        let config = rig.on_a_host(sequence.odometry.is_some());
         let pipeline = Pipeline::new(config, memory).map_err(refused)?;
         let start = sequence.times.first().copied().unwrap_or_default();
-        let mut run = new_run(&arguments.inputs, rig, sequence);
+        let mut run = new_run(inputs, rig, sequence);
         run.unmeasured = sequence.odometry.is_none().then_some(0);
         run.carried = (config.carrier != Carrier::Map).then(Carried::default);
         let (frozen, shots) = (FrozenCamera::default(), vec![None; SHOTS]);
@@ -210,8 +273,7 @@ impl<'a> Drive<'a> {
         Ok(Self { sequence, rig, pipeline, start, reached: start, frozen, run, shots, mcap })
     }
 
-    fn all_frames(&mut self) -> Result<()> {
-        let bar = progress::bar(self.sequence.images.len(), "frames");
+    fn all_frames(&mut self, bar: &ProgressBar) -> Result<()> {
         for (frame, (image, time)) in self.sequence.images.iter().zip(&self.sequence.times).enumerate() {
             let clock = Instant::now();
             match image.read() {
@@ -228,7 +290,6 @@ impl<'a> Drive<'a> {
             bar.set_message(format!("{} landmarks", self.pipeline.filter().landmarks().len()));
             bar.inc(1);
         }
-        bar.finish_and_clear();
         if self.run.trajectory.is_empty() {
             return Err(
                 Error::new("none of the pictures could be read").help("give PNG, JPEG or PNM pictures")
@@ -340,7 +401,7 @@ pub(super) fn add_truth(run: &mut Run, arguments: &Inputs, sequence: &Sequence, 
         Some(path) => points(&path),
     };
     let laser = points("laser.csv")?;
-    let Some(path) = &arguments.truth else {
+    let Some(path) = arguments.truth.first() else {
         run.laser = laser;
         return Ok(());
     };

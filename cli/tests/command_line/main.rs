@@ -4,6 +4,7 @@ mod calibrate_mount;
 mod camera_files;
 mod command;
 mod damage;
+mod drives;
 mod evaluate;
 mod help;
 mod keypoints;

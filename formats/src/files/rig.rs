@@ -6,6 +6,8 @@ use super::{
 use crate::{Error, Result, plausibility};
 use monorange_core::geometry::{Camera, Lens, MOUNT_STD_BY_HAND, Mount, RangeFinder};
 use monorange_core::pipeline::Config;
+#[cfg(feature = "proposals")]
+use monorange_core::pipeline::{CornersFrom, MotionFrom};
 use nalgebra::Matrix2;
 use std::{
     io::{self, Write},
@@ -76,6 +78,16 @@ impl Rig {
             settings.corner_std_floor_px = settings.corner_std_floor_px.max(std as f32);
         }
         Ok(Self { finder, pixel_std, mount_std, assumed_std: [false; 6], assumed_corners: true, settings })
+    }
+
+    /// What a host does with a drive: corners from the best that it has, unless the rig file names what every target has; motion from
+    /// the pictures where there are no `wheels`.
+    #[cfg(feature = "proposals")]
+    pub fn on_a_host(&self, wheels: bool) -> Config {
+        let motion_from = if wheels { self.settings.motion_from } else { MotionFrom::Pictures };
+        let corners_from =
+            if self.assumed_corners { CornersFrom::Proposals } else { self.settings.corners_from };
+        Config { motion_from, corners_from, ..self.settings }
     }
 
     /// The rig in a TOML file; a camera file that it names is looked for beside it.

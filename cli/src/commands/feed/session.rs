@@ -5,8 +5,7 @@ use monorange_protocol::{
     client::{Answer, Client},
     conversion,
     message::{
-        Answers, Ask, Cause, DeviceMessage, Fault, FrameBegin, HostMessage, Landmark, Odometry, SaveState,
-        State,
+        Answers, Cause, DeviceMessage, Fault, FrameBegin, HostMessage, Landmark, Odometry, SaveState, State,
     },
 };
 use std::{io, time::Duration};
@@ -141,19 +140,7 @@ impl<'a> Session<'a> {
 
     /// Asks for the map.
     pub(super) fn map(&mut self) -> Step<Vec<Landmark>> {
-        self.with(|client| {
-            client.send(&HostMessage::Ask(Ask::Map), &mut |_| ())?;
-            let mut map = Vec::new();
-            client.wait_for(&mut |message| {
-                let DeviceMessage::Map(some) = message else { return false };
-                if some.first == 0 {
-                    map.clear();
-                }
-                map.extend(&some.landmarks);
-                map.len() == usize::from(some.total)
-            })?;
-            Ok(map)
-        })
+        self.with(Client::map)
     }
 
     /// Asks for the state.
