@@ -18,6 +18,7 @@ use pyo3::prelude::*;
 /// Args:
 ///     finder: camera, mount and settings.
 ///     max_landmarks: that there is room for.
+///     wheels: whether their readings are given; without them the pictures tell the motion.
 #[pyclass(module = "monorange")]
 pub(crate) struct Drive {
     rig: Rig,
@@ -32,12 +33,12 @@ pub(crate) struct Drive {
 #[pymethods]
 impl Drive {
     #[new]
-    #[pyo3(signature = (finder, max_landmarks = 512))]
-    fn new(finder: &RangeFinder, max_landmarks: usize) -> PyResult<Self> {
+    #[pyo3(signature = (finder, max_landmarks = 512, wheels = true))]
+    fn new(finder: &RangeFinder, max_landmarks: usize, wheels: bool) -> PyResult<Self> {
         let rig = finder.rig.clone();
         let camera = rig.finder.camera();
         let memory = Memory::on_heap(camera.width(), camera.height(), max_landmarks);
-        let pipeline = Pipeline::new(rig.settings, memory).map_err(value)?;
+        let pipeline = Pipeline::new(rig.on_a_host(wheels), memory).map_err(value)?;
         Ok(Self { rig, pipeline, start: None, last: None, frames: 0 })
     }
 
@@ -90,12 +91,7 @@ impl Drive {
         let picture = Grey::new(pixels, camera.width(), camera.height()).map_err(value)?;
         let now = time - *self.start.get_or_insert(time);
         let pipeline = &mut self.pipeline;
-        let report = py.detach(|| -> Result<_, monorange_core::Error> {
-            pipeline.begin();
-            picture.rows().try_for_each(|row| pipeline.push_row(row))?;
-            pipeline.finish(now)
-        });
-        let report = report.map_err(value)?;
+        let report = py.detach(|| pipeline.step(now, picture)).map_err(value)?;
         let seen: Vec<_> =
             report.corners.iter().map(|corner| Observation::of_corner(time, self.frames, corner)).collect();
         self.frames += 1;

@@ -140,13 +140,10 @@ impl RangeFinder {
         let count = pixels.len();
         let mount_std = mount_uncertainty.then_some(&self.rig.mount_std);
         let finder = &self.rig.finder;
-        let (mut columns, mut covariances, mut status) =
-            (vec![0.0; 4 * count], vec![0.0; 4 * count], vec![0; count]);
+        // Each becomes an array as it is.
+        let [mut range, mut bearing, mut x, mut y] = [(); 4].map(|()| vec![0.0; count]);
+        let (mut covariances, mut status) = (vec![0.0; 4 * count], vec![0; count]);
         py.detach(|| {
-            // Range, bearing, x and y stand one after the other, so that each becomes an array of its own.
-            let (range, rest) = columns.split_at_mut(count);
-            let (bearing, rest) = rest.split_at_mut(count);
-            let (x, y) = rest.split_at_mut(count);
             let parts = (
                 pixels.par_chunks(CHUNK),
                 range.par_chunks_mut(CHUNK),
@@ -165,10 +162,8 @@ impl RangeFinder {
                 }
             });
         });
-        let mut columns = columns.chunks(count.max(1)).map(|column| PyArray1::from_slice(py, column));
-        let mut column = || columns.next().unwrap_or_else(|| PyArray1::zeros(py, [0], false));
-        let (range, bearing, x, y) = (column(), column(), column(), column());
         let covariance = PyArray1::from_vec(py, covariances).reshape([count, 2, 2])?;
+        let [range, bearing, x, y] = [range, bearing, x, y].map(|column| PyArray1::from_vec(py, column));
         make(py, "Sightings", (range, bearing, covariance, x, y, PyArray1::from_vec(py, status)))
     }
 

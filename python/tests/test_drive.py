@@ -46,6 +46,16 @@ def test_a_drive_in_python_is_the_drive_of_the_command_line(command, drive, pict
     assert np.allclose(made.map().positions, [row[1:3] for row in landmarks], atol=1e-5)
 
 
+def test_without_wheels_the_pictures_tell_the_motion_as_on_the_command_line(command, drive, pictures, tmp_path):
+    files = [f"--{name}={drive / file}" for name, file in [("rig", "rig.toml"), ("frames", "frames")]]
+    subprocess.run([command, "slam", *files, "--out", tmp_path], check=True, capture_output=True)
+    made = monorange.Drive(monorange.RangeFinder.from_rig(drive / "rig.toml"), wheels=False)
+    poses = [made.picture(stamp, picture).pose for stamp, picture in zip(times(drive), pictures)]
+    theirs = [row[1:4] for row in columns(tmp_path / "trajectory.csv")]
+    assert np.allclose(poses, theirs, atol=1e-6)
+    assert np.hypot(*poses[-1][:2]) > 1.0, "it has moved"
+
+
 def test_corners_have_symmetric_covariances_above_zero(drive, pictures):
     corners = monorange.Extractor(monorange.RangeFinder.from_rig(drive / "rig.toml")).corners(pictures[0])
     assert len(corners) > 2

@@ -1,7 +1,4 @@
-"""Twenty drives on a local Ray cluster of two workers, one of which is killed half-way.
-
-Ray is large, so `cargo xtask test` does not install it: pip install ray && pytest python/tests/test_fleet.py
-"""
+"""Twenty drives on a local Ray cluster of two workers, one of which is killed half-way."""
 
 import os
 import pathlib

@@ -2,6 +2,8 @@
 mod demo;
 mod firmware;
 mod house;
+mod npm;
+mod python;
 mod setup;
 mod shell;
 mod test;
@@ -25,6 +27,10 @@ enum Task {
     Test,
     /// The page: build it into web/dist, test it, or serve it to this machine
     Web(web::Options),
+    /// The npm package: packed, and tried in projects of Node.js and of three Vites
+    Npm,
+    /// The Python package: as a wheel in a clean environment, and its tests in another one
+    Python,
     /// The co-processor: start it in QEMU, test both boards against the host, or show its size
     Firmware(firmware::Options),
 }
@@ -34,6 +40,12 @@ fn main() -> anyhow::Result<()> {
         Task::Demo(options) => demo::run(&options),
         Task::Test => test::run(),
         Task::Web(options) => web::run(&options),
+        Task::Npm => npm::run(),
+        Task::Python => {
+            // With the features of the whole workspace, as the workspace's tests build it.
+            shell::run(&mut shell::cargo("build --quiet --bin monorange"))?;
+            python::test()
+        }
         Task::Firmware(options) => firmware::run(&options),
     }
 }

@@ -1,7 +1,7 @@
 //! What a fresh machine lacks.
 use crate::shell;
 use anyhow::{Context, Result, bail, ensure};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The oldest Node.js that the page's tools run on.
 const NODE: [u32; 2] = [20, 19];
@@ -61,6 +61,21 @@ pub(crate) fn browser() -> Result<()> {
         "the page's tests need Chromium: install your system's package (Debian: `apt install chromium`), or name \
          the program in the variable CHROMIUM",
     )
+}
+
+/// The browser that [`browser`] made sure of.
+pub(crate) fn browser_program() -> PathBuf {
+    let found = || BROWSERS.iter().find(|path| Path::new(path).exists()).map(PathBuf::from);
+    std::env::var_os("CHROMIUM").map(PathBuf::from).or_else(found).unwrap_or_else(|| "chromium".into())
+}
+
+/// Whether there is a Python that can make environments of its own; on Debian and its kin root gets one.
+pub(crate) fn python() -> bool {
+    let there = || {
+        let check = "import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 9))";
+        shell::command("python3", ["-c", check]).output().is_ok_and(|output| output.status.success())
+    };
+    there() || (debian_packages(&["python3", "python3-venv"]).is_ok() && there())
 }
 
 /// Whether a browser can be opened for the person at the machine.

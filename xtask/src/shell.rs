@@ -16,7 +16,10 @@ pub(crate) fn target() -> PathBuf {
 }
 
 /// The command `program arguments…`, to be run in the workspace's root.
-pub(crate) fn command<A: AsRef<OsStr>>(program: &str, arguments: impl IntoIterator<Item = A>) -> Command {
+pub(crate) fn command<A: AsRef<OsStr>>(
+    program: impl AsRef<OsStr>,
+    arguments: impl IntoIterator<Item = A>,
+) -> Command {
     let mut command = Command::new(program);
     command.args(arguments).current_dir(root());
     command
@@ -24,7 +27,7 @@ pub(crate) fn command<A: AsRef<OsStr>>(program: &str, arguments: impl IntoIterat
 
 /// The command `cargo words…`, the words separated by spaces.
 pub(crate) fn cargo(words: &str) -> Command {
-    command(&std::env::var("CARGO").unwrap_or_else(|_| "cargo".into()), words.split_whitespace())
+    command(std::env::var("CARGO").unwrap_or_else(|_| "cargo".into()), words.split_whitespace())
 }
 
 /// Runs a command after printing it; its output goes where ours goes.

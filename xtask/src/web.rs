@@ -131,7 +131,7 @@ pub(crate) fn serve(port: u16) -> Result<()> {
 fn tool(name: &str, arguments: &[&str]) -> Command {
     let web = shell::root().join("web");
     let program = web.join("node_modules/.bin").join(name);
-    let mut command = shell::command(&program.display().to_string(), arguments);
+    let mut command = shell::command(program, arguments);
     command.current_dir(web);
     command
 }
