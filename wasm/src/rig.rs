@@ -16,7 +16,7 @@ export interface Mount {
 }
 
 /** Camera and mount, with the names of a rig file; angles in radians. */
-export interface Rig {
+export interface RigInput {
   width: number;
   height: number;
   focal: [number, number];
@@ -32,6 +32,10 @@ export interface Rig {
   mountStd: Mount;
   /** The pipeline's settings: a `Configure` message of the co-processor's protocol, or nothing for the default ones. */
   settings: ArrayLike<number>;
+}
+
+/** A rig, and where it came from. */
+export interface Rig extends RigInput {
   /** Those of them that differ from the default ones, as sections of a rig file. */
   settingsToml: string;
   /** Nobody has calibrated this camera: focal length, centre and lens are supposed. */
@@ -45,8 +49,8 @@ export interface Rig {
 
 #[wasm_bindgen]
 extern "C" {
-    /// A `Rig` of the page.
-    #[wasm_bindgen(typescript_type = "Rig")]
+    /// A camera and how it sits, from JavaScript.
+    #[wasm_bindgen(typescript_type = "RigInput")]
     #[derive(Clone, Debug)]
     pub type JsRig;
     #[wasm_bindgen(method, getter)]
