@@ -50,7 +50,8 @@ pub struct GridCap {
 pub struct SiftConfig {
     /// Start from the picture at twice its size: about three times the keypoints, at three times the work.
     pub doubled: bool,
-    /// The least contrast of a keypoint, in parts of the grey range, over three scales.
+    /// The least contrast of a keypoint, in parts of the grey range, over three scales. Where a picture's grey levels spread less
+    /// than 25 about their mean it is less by as much, down to a quarter: what is dim or veiled has as many keypoints.
     pub contrast: f32,
     /// The largest ratio of principal curvatures; above it a keypoint lies on an edge and can slide.
     pub edge: f32,
@@ -170,7 +171,7 @@ impl Sift {
         scale_space::build(picture, &layout, pyramid, scratch);
 
         let mut list = CandidateList::new(work.candidates);
-        let thresholds = extrema::Thresholds::new(config.contrast, config.edge);
+        let thresholds = extrema::Thresholds::new(config.contrast * dimness(picture), config.edge);
         for (index, octave) in layout.octaves().iter().enumerate() {
             let planes = Planes::of(octave, pyramid);
             extrema::find(&planes, &thresholds, scratch, |candidate| {
@@ -222,6 +223,26 @@ impl Sift {
 /// Standard deviation of a keypoint's coordinates in parts of its scale: 0.04 to 0.055 on matches of real
 /// pictures warped by homographies, with noise of 3 grey levels, from scale 1 to 13 px.
 const POSITION_STD: f32 = 0.055;
+/// Spread of the grey levels (standard deviation) below which a picture is dim: simulated and rendered drives and photographs have
+/// 27 to 67 but for a few pictures that face a wall.
+const DIM_SPREAD: f32 = 25.0;
+/// The least share of the contrast that is asked for: in a picture of one grey level it is noise that is left.
+const LEAST_SHARE: f32 = 0.25;
+
+/// The share of the contrast that a keypoint must have in a picture as dim as this.
+fn dimness(picture: Grey) -> f32 {
+    let (mut sum, mut squares) = (0_u64, 0_u64);
+    for pixel in picture.pixels() {
+        let grey = u64::from(*pixel);
+        sum += grey;
+        squares += grey * grey;
+    }
+    let count = picture.pixels().len().max(1) as f64;
+    let mean = sum as f64 / count;
+    let spread = libm::sqrt((squares as f64 / count - mean * mean).max(0.0)) as f32;
+    (spread / DIM_SPREAD).clamp(LEAST_SHARE, 1.0)
+}
+
 /// Larger pictures have more octaves than the layout.
 const MAX_SIDE: usize = 16_384;
 
