@@ -20,6 +20,8 @@ const FLOORS: [(&str, &[&str]); 4] = [
             "geometry",
             "image",
             "lines",
+            "proposals",
+            "scan",
             "features",
             "homography",
             "association",
@@ -34,10 +36,25 @@ const FLOORS: [(&str, &[&str]); 4] = [
     ),
     (
         "formats/src",
-        &["error", "files", "pictures", "extraction", "evaluation", "draw", "sensor_log", "report"],
+        &["error", "files", "pictures", "bags", "extraction", "evaluation", "draw", "sensor_log", "report"],
     ),
-    ("cli/src", &["outputs", "sequence", "calibration", "reproduce", "commands"]),
+    (
+        "cli/src",
+        &[
+            "interrupt",
+            "warnings",
+            "outputs",
+            "sequence",
+            "calibration",
+            "mcap_output",
+            "reproduce",
+            "commands",
+        ],
+    ),
 ];
+
+/// Settings that a file outside the core may name: `slam-log` offers eight as options, whose ranges and sentences it takes from the table.
+const NAMED_SETTINGS: usize = 8;
 
 /// A word that only one folder may say; `with` in the same file, if it is not empty.
 struct Alone {
@@ -74,12 +91,18 @@ pub(crate) fn check() -> Result<()> {
             faults.extend(upward_imports(&file, &root.join(package), rooms)?);
         }
     }
+    let settings = settings(&fs::read_to_string(root.join("docs/settings.md"))?);
     let folders =
         ["core/src", "formats/src", "cli/src", "mcu/src", "protocol/src", "sim/src", "tests/src", "wasm"];
     for folder in folders {
         for file in sources(&root.join(folder))? {
             let code = code(&fs::read_to_string(&file)?);
             let here = file.strip_prefix(&root)?;
+            let named =
+                settings.iter().filter(|(name, key)| code.contains(name) || code.contains(key)).count();
+            if named > NAMED_SETTINGS && !here.starts_with("core/src") {
+                faults.push(format!("{}: a second list of settings names {named} of them", here.display()));
+            }
             for Alone { what, words, only_in } in ALONE {
                 if !here.starts_with(only_in) && words.iter().all(|word| code.contains(word)) {
                     faults.push(format!("{}: {what}: {only_in}", here.display()));
@@ -89,6 +112,20 @@ pub(crate) fn check() -> Result<()> {
     }
     ensure!(faults.is_empty(), "the house is not in order:\n{}", faults.join("\n"));
     Ok(())
+}
+
+/// The settings of the reference page as code would name them: `"section.key"` and `"key"`.
+fn settings(page: &str) -> Vec<(String, String)> {
+    let mut section = "";
+    let mut names = Vec::new();
+    for line in page.lines() {
+        if let Some(name) = line.strip_prefix("## [") {
+            section = name.trim_end_matches(']');
+        } else if let Some((key, _)) = line.strip_prefix("| `").and_then(|row| row.split_once('`')) {
+            names.push((format!("\"{section}.{key}\""), format!("\"{key}\"")));
+        }
+    }
+    names
 }
 
 /// The Rust files of a folder.
@@ -181,6 +218,13 @@ mod tests {
         let text =
             "/// crate::pipeline\nuse crate::lines; // crate::slam\n\n#[cfg(test)]\nmod tests { crate::map }";
         assert_eq!(imported(&code(text), "crate::"), BTreeSet::from(["lines".to_owned()]));
+    }
+
+    #[test]
+    fn settings_are_named_as_on_their_page() {
+        let page = "## [extract]\n| key | default |\n|---|---|\n| `opening` | `5` |\n## [filter]\n| `gate` | `\"soft\"` |";
+        let names = settings(page).into_iter().map(|(name, _)| name).collect::<Vec<_>>();
+        assert_eq!(names, ["\"extract.opening\"", "\"filter.gate\""]);
     }
 
     #[test]
