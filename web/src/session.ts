@@ -130,6 +130,7 @@ export class PageSession {
     try {
       const sequence = await opening();
       for (const note of sequence.notes) say(note, 'note');
+      for (const warning of sequence.warnings) say(warning);
       // Files of no use change nothing: what is on show stays, and goes on.
       if (!sequence.used && adds) return store.set({ phase: before });
       if (adds) this.#engine.cancel();
@@ -173,8 +174,9 @@ export class PageSession {
     this.#player.following = true;
     store.set({ phase: 'running', results: [], secondsLeft: null });
     try {
-      const end = await this.#engine.call('run', { number, rig: store.state.rig });
+      const { end, warnings } = await this.#engine.call('run', { number, rig: store.state.rig });
       if (number !== this.#runs) return;
+      for (const warning of warnings) say(warning);
       store.set({ phase: end, secondsLeft: null });
       // The last word of a run comes without a picture.
       if (this.#player.following) this.#player.show(store.state.results.length - 1);
@@ -258,7 +260,7 @@ export class PageSession {
 function liveSequence({ width, height }: LiveCamera): SequenceInfo {
   return {
     name: 'Camera', frames: [], times: new Float64Array(), width, height, rig: null, truth: null, laser: null, motion: 'pictures',
-    used: true, brought: '', notes: [],
+    used: true, brought: '', notes: [], warnings: [],
   };
 }
 

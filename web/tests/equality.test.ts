@@ -26,6 +26,9 @@ afterAll(async () => {
 
 const run = (...words: string[]) => execFileSync(monorange!, words, { stdio: ['ignore', 'ignore', 'inherit'] });
 
+/** What a run writes. */
+const SEVEN = ['trajectory.tum', 'trajectory.csv', 'map.csv', 'map.ply', 'observations.csv', 'report.json', 'report.html'];
+
 /** A drive simulated by the command line: its folder. */
 function simulate(name: string, frames: number): string {
   const drive = join(folder, name);
@@ -78,8 +81,7 @@ test.skipIf(!monorange)('a dropped folder gives the files of `monorange slam`, b
   const drive = simulate('drive', 60);
   // Settings of every section, so that all of them must find their way.
   await appendFile(join(drive, 'rig.toml'), 'edge_threshold = 5.0\n\n[filter]\ngate = "hard"\n\n[association]\nmatch_nis = [6.0, 8.5]\n');
-  const outputs = ['trajectory.tum', 'trajectory.csv', 'map.csv', 'map.ply', 'observations.csv', 'report.json', 'report.html'];
-  const texts = await expectSame(drive, [`--odometry=${join(drive, 'odometry.csv')}`], outputs);
+  const texts = await expectSame(drive, [`--odometry=${join(drive, 'odometry.csv')}`], SEVEN);
   expect(texts.get('trajectory.tum')?.trim().split('\n')).toHaveLength(60);
   expect(texts.get('observations.csv')?.split('\n').length).toBeGreaterThan(50);
   expect(texts.get('report.html')).toContain('data:image/jpeg');
@@ -92,4 +94,41 @@ test.skipIf(!monorange)('without odometry the motion comes from the pictures, by
   await writeFile(damaged, (await readFile(damaged)).subarray(0, 2000));
   const texts = await expectSame(drive, [], ['trajectory.tum', 'trajectory.csv']);
   expect(texts.get('trajectory.tum')?.trim().split('\n')).toHaveLength(11);
+});
+
+/** README's rig: a camera file of ROS, a mount measured by hand, corners as every target finds them, and the floor's texture. */
+async function readmeRig(drive: string): Promise<void> {
+  const rig = await readFile(join(drive, 'rig.toml'), 'utf8');
+  const numbers = (name: string) => JSON.parse(new RegExp(`^${name} = (.*)$`, 'm').exec(rig)![1]!) as number & number[];
+  const [fx, fy] = numbers('focal') as number[];
+  const [cx, cy] = numbers('principal') as number[];
+  const matrix = (name: string, rows: number, cols: number, data: unknown[]) => `${name}:\n  rows: ${rows}\n  cols: ${cols}\n  data: [${data.join(', ')}]\n`;
+  await writeFile(join(drive, 'camera.yaml'), [
+    `image_width: ${numbers('width')}\nimage_height: ${numbers('height')}\ncamera_name: front\ndistortion_model: plumb_bob\n`,
+    matrix('camera_matrix', 3, 3, [fx, 0, cx, 0, fy, cy, 0, 0, 1]),
+    matrix('distortion_coefficients', 1, 5, numbers('distortion')),
+  ].join(''));
+  await writeFile(join(drive, 'rig.toml'), 'camera_info = "camera.yaml"\n\n[mount]\nheight = 0.40\ntilt_deg = 12.0\n\n[extract]\ncorners = "lines"\n\n[association]\ncarrier = "floor"\n');
+}
+
+test.skipIf(!monorange)('README’s rig with the floor as carrier gives the seven files of `monorange slam`, byte for byte', async () => {
+  const drive = simulate('by-floor', 60);
+  await readmeRig(drive);
+  const texts = await expectSame(drive, [`--odometry=${join(drive, 'odometry.csv')}`], SEVEN);
+  const { corners_carried_by: carried, frames_used } = JSON.parse(texts.get('report.json')!) as { corners_carried_by: { floor: number }; frames_used: number };
+  expect(frames_used).toBe(60);
+  // It is the floor that carries, or this says nothing.
+  expect(carried.floor).toBeGreaterThan(30);
+});
+
+test.skipIf(!monorange)('a setting that only hosts have is refused in words', async () => {
+  const drive = simulate('proposals', 2);
+  const rig = join(drive, 'rig.toml');
+  await writeFile(rig, (await readFile(rig, 'utf8')).replace('corners = "lines"', 'corners = "proposals"'));
+  const page = await site.context.newPage();
+  await page.goto(site.address);
+  await waitForPhase(page, 'empty');
+  await page.setInputFiles('#folder', drive);
+  await expect.poll(() => page.locator('#messages').innerText()).toMatch(/extract\.corners.*proposals are found on hosts only/);
+  await page.close();
 });

@@ -89,6 +89,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let Drive { mut run, health, start, .. } = drive;
     run.stages.clear(); // the device's times are not the host's
     run.verdict = health.verdict();
+    run.reason = health.reason();
     run.mean_nis = health.mean_nis();
     add_truth(&mut run, &arguments.inputs, &sequence, start)?;
     results::write(&mut outputs, &mut run)?;

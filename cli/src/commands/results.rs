@@ -18,39 +18,10 @@ pub(super) fn no_common_pose(start: f64) -> Error {
 
 /// Writes trajectory, map, observations and reports, with what there is to warn of.
 pub(super) fn write(outputs: &mut Outputs, run: &mut Run) -> Result<()> {
-    warn(run);
+    run.warn();
     crate::warnings::say();
     run.warnings = warnings::all();
     OUTPUTS.iter().try_for_each(|name| outputs.write(name, |out| run.write(name, out)))
-}
-
-/// Warns of results that are hardly worth their names.
-fn warn(run: &Run) {
-    let decisions = run.decisions();
-    let [rejected, gated] = ["rejected", "gated"].map(|word| decisions.get(word).copied().unwrap_or(0));
-    let measured = run.observations.len();
-    if 2 * (rejected + gated) > measured && measured > 10 {
-        let words = run.subject.long();
-        let cause =
-            format!("of {measured} {words} {rejected} were rejected and {gated} lay beyond their gates");
-        Error::new(cause)
-            .help("check units, standard deviations and the mount before the results are used")
-            .warn();
-    }
-    if run.no_room > 0 {
-        let cause = format!("there was no room for a landmark {} times", run.no_room);
-        Error::new(cause).help("give a larger --max-landmarks").warn();
-    }
-    if measured == 0 && run.frames_used > 5 {
-        Error::new(format!("no {} were found in {} frames", run.subject.long(), run.frames_used))
-            .help("check the mount: `tilt_deg` is degrees downwards, `height` metres")
-            .warn();
-    }
-    if run.map.is_empty() && measured > 10 {
-        Error::new(format!("no landmark came of {measured} {}", run.subject.long()))
-            .help("the trajectory is the odometry's alone")
-            .warn();
-    }
 }
 
 /// Prints the summary, for a person or as JSON.
@@ -71,14 +42,9 @@ pub(super) fn summary(run: &Run, folder: &Path, as_json: bool) -> Result<String>
 
 fn lines(out: &mut String, run: &Run, folder: &Path) -> fmt::Result {
     let [x, y, heading] = run.end_std();
-    writeln!(
-        out,
-        "{}: {} of {} frames used, {}",
-        run.title,
-        run.frames_used,
-        run.frames,
-        run.verdict.as_str()
-    )?;
+    let reason = run.reason.map_or_else(String::new, |reason| format!(": {}", reason.as_str()));
+    let (title, verdict) = (&run.title, run.verdict.as_str());
+    writeln!(out, "{title}: {} of {} frames used, {verdict}{reason}", run.frames_used, run.frames)?;
     writeln!(out, "  path       {:.2} m in {:.1} s", run.path(), run.seconds())?;
     writeln!(out, "  end, 1σ    {:.3} m, {:.2}°", x.hypot(y), heading.to_degrees())?;
     let (landmarks, measured) = (run.map.len(), run.observations.len());

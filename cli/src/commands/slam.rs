@@ -13,7 +13,7 @@ use monorange_core::{
     geometry::Pose,
     lines::Extraction,
     pipeline::{Carrier, Memory, MovedBy, OnHeap, Pipeline, Report},
-    slam::{Increment, Verdict},
+    slam::Verdict,
 };
 use monorange_formats::{
     Error, Result,
@@ -300,16 +300,14 @@ impl<'a> Drive<'a> {
 
     fn frame(&mut self, frame: usize, time: f64, picture: &Picture, read_ms: f64) -> Result<()> {
         let controls = self.sequence.odometry.as_ref().map(|odometry| odometry.between(self.reached, time));
-        let mut wheels = None;
+        let mut way = 0.0;
         for control in controls.unwrap_or_default() {
             self.reached += control.duration;
             let (until, reading) = (self.reached - self.start, control.reading());
             self.pipeline.odometry(until, &reading).map_err(Error::new)?;
-            let step = self.rig.settings.motion.increment(&reading);
-            wheels = Some(wheels.map_or(step, |before: Increment<f32>| before.then(&step)));
+            way += control.way();
         }
         self.reached = time;
-        let way = wheels.as_ref().map_or(0.0, |step| f64::from(step.delta.xy().norm()));
         self.frozen.look(&picture.pixels, way);
         let (mut spent, mut clock) = (vec![read_ms], Instant::now());
         let ended = |_| {
@@ -377,8 +375,11 @@ impl<'a> Drive<'a> {
     /// What the run found, and its recording where one is wanted.
     fn finish(mut self, arguments: &Inputs) -> Result<(Run, Option<std::fs::File>)> {
         self.run.map = confirmed_map(self.pipeline.filter(), self.start);
-        self.run.verdict =
-            if self.frozen.judge() { Verdict::Unchecked } else { self.pipeline.health().verdict() };
+        let health = self.pipeline.health();
+        (self.run.verdict, self.run.reason) = match self.frozen.judge() {
+            true => (Verdict::Unchecked, None),
+            false => (health.verdict(), health.reason()),
+        };
         self.run.mean_nis = self.pipeline.health().mean_nis();
         self.run.shots = self.shots.into_iter().flatten().map(|(_, shot)| shot).collect();
         add_truth(&mut self.run, arguments, self.sequence, self.start)?;

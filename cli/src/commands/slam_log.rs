@@ -283,7 +283,7 @@ impl Arguments {
     }
 
     fn report(&self, recording: &Recording, settings: &Settings, result: LogResult) -> Result<Run> {
-        let LogResult { trajectory, map, observations, verdict, health, no_room, beyond } = result;
+        let LogResult { trajectory, map, observations, verdict, reason, health, no_room, beyond } = result;
         let start = trajectory.first().map_or(0.0, |stamped| stamped.time);
         let truth = Truth::new(&recording.truth, MAX_TRUTH_GAP);
         let map_from_world = match recording.truth.as_slice() {
@@ -331,6 +331,7 @@ impl Arguments {
             unmeasured: None,
             carried: None,
             verdict,
+            reason,
             mean_nis: health.mean_nis() as f32,
             stages: Vec::new(),
             shots: Vec::new(),

@@ -47,6 +47,16 @@ pub enum Reason {
 }
 
 impl Reason {
+    /// Every reason, the worst first.
+    pub const ALL: [Self; 6] = [
+        Self::Indefinite,
+        Self::Heading,
+        Self::BeyondGate,
+        Self::Innovations,
+        Self::Uncertain,
+        Self::Association,
+    ];
+
     /// The words for it in a report.
     pub const fn as_str(self) -> &'static str {
         match self {

@@ -25,6 +25,11 @@ impl Control {
         (Matrix2::new(along, -across, across, along) * self.velocity * self.duration, turn)
     }
 
+    /// Length of the way, m.
+    pub fn way(&self) -> f64 {
+        self.velocity.norm() * self.duration
+    }
+
     /// As the pipeline takes it.
     pub fn reading(&self) -> pipeline::Odometry {
         let seconds = self.duration as f32;

@@ -116,8 +116,8 @@ fn listed(folder: &Path, list: &Path) -> Result<Frames> {
     Ok(Frames { images, times, folder: folder.to_owned() })
 }
 
-/// The times that pictures are named after: seconds, or smaller units, since 1970.
-fn times_in_names(folder: &Path, images: &[PathBuf]) -> Option<Vec<f64>> {
+/// The times that pictures are named after: seconds, or smaller units, since 1970. Says so in a warning.
+pub fn times_in_names(folder: &Path, images: &[PathBuf]) -> Option<Vec<f64>> {
     let stem =
         |image: &PathBuf| image.file_stem()?.to_str()?.parse::<f64>().ok().filter(|time| time.is_finite());
     let mut times: Vec<f64> = images.iter().map(stem).collect::<Option<_>>()?;

@@ -2,7 +2,7 @@
 mod frames;
 mod jpeg;
 
-pub use frames::{Frames, beside, frames};
+pub use frames::{Frames, beside, frames, times_in_names};
 
 use crate::{
     Error, Result,
@@ -100,8 +100,8 @@ pub fn check_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     Err(error.help("copy the picture again, or leave it out"))
 }
 
-/// Bits of a sensor in the lower part of a picture's 16 leave it black.
-fn warn_if_dark(path: &Path, pixels: &[u8], deep: bool) {
+/// Warns of a picture that is almost black; `deep`: it has 16 bits a pixel, and bits of a sensor in their lower part leave it so.
+pub fn warn_if_dark(path: &Path, pixels: &[u8], deep: bool) {
     let brightest = pixels.iter().copied().max().unwrap_or_default();
     // Of 12 bits in 16 the brightest grey is 15 of 255.
     if brightest > 15 {

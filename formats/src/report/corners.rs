@@ -36,6 +36,7 @@ impl Run {
             unmeasured: None,
             carried: None,
             verdict: Verdict::Unchecked,
+            reason: None,
             mean_nis: 1.0,
             stages: STAGES.map(|name| Stage { name, times_ms: Vec::new() }).into(),
             shots: Vec::new(),

@@ -25,11 +25,12 @@ pub use svg::escape;
 pub const STYLE: &str = include_str!("report.css");
 
 use crate::{
+    Error,
     evaluation::{MapErrors, Pair, TrajectoryErrors},
     files::{MapPoint, Stamped},
 };
 use monorange_core::pipeline::Carrier;
-use monorange_core::slam::{Decision, Verdict};
+use monorange_core::slam::{Decision, Reason, Verdict};
 use nalgebra::{Matrix2, Vector2};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -108,6 +109,8 @@ pub struct Run {
     pub carried: Option<Carried>,
     /// The filter's own verdict.
     pub verdict: Verdict,
+    /// What speaks against the filter, where anything does.
+    pub reason: Option<Reason>,
     /// Mean normalised innovation squared a degree of freedom, over the last measurements; 1 is right.
     pub mean_nis: f32,
     /// Stages in order.
@@ -168,6 +171,8 @@ pub struct Summary<'a> {
     corners_carried_by: Option<Carried>,
     decisions: BTreeMap<&'static str, usize>,
     verdict: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reason: Option<&'static str>,
     mean_nis_per_dof: f32,
     #[serde(skip_serializing_if = "Option::is_none")]
     errors: &'a Option<TrajectoryErrors>,
@@ -218,6 +223,35 @@ impl Run {
         self.observations.iter().filter(|seen| decisions.contains(&seen.decision)).count()
     }
 
+    /// Warns of results that are hardly worth their names.
+    pub fn warn(&self) {
+        let decisions = self.decisions();
+        let [rejected, gated] = ["rejected", "gated"].map(|word| decisions.get(word).copied().unwrap_or(0));
+        let measured = self.observations.len();
+        if 2 * (rejected + gated) > measured && measured > 10 {
+            let words = self.subject.long();
+            let cause =
+                format!("of {measured} {words} {rejected} were rejected and {gated} lay beyond their gates");
+            Error::new(cause)
+                .help("check units, standard deviations and the mount before the results are used")
+                .warn();
+        }
+        if self.no_room > 0 {
+            let cause = format!("there was no room for a landmark {} times", self.no_room);
+            Error::new(cause).help("give a larger --max-landmarks").warn();
+        }
+        if measured == 0 && self.frames_used > 5 {
+            Error::new(format!("no {} were found in {} frames", self.subject.long(), self.frames_used))
+                .help("check the mount: `tilt_deg` is degrees downwards, `height` metres")
+                .warn();
+        }
+        if self.map.is_empty() && measured > 10 {
+            Error::new(format!("no landmark came of {measured} {}", self.subject.long()))
+                .help("the trajectory is the odometry's alone")
+                .warn();
+        }
+    }
+
     /// What `report.json` holds.
     pub fn summary(&self) -> Summary<'_> {
         let end = self.trajectory.last().map(|stamped| stamped.pose).unwrap_or_default();
@@ -243,6 +277,7 @@ impl Run {
             corners_carried_by: self.carried,
             decisions: self.decisions(),
             verdict: self.verdict.as_str(),
+            reason: self.reason.map(Reason::as_str),
             mean_nis_per_dof: self.mean_nis,
             errors: &self.errors,
             map_errors: &self.map_errors,

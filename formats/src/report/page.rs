@@ -39,13 +39,14 @@ fn header(run: &Run) -> String {
         Verdict::Lost => "bad",
     };
     let advice = run.subject.advice(run.verdict);
+    let reason = run.reason.map_or_else(String::new, |reason| format!(": {}", reason.as_str()));
     let innovation = match run.verdict {
         Verdict::Unchecked => String::new(),
         _ => format!(" · mean innovation {:.2} a degree of freedom (1 is right)", run.mean_nis),
     };
     let _ = write!(
         html,
-        "<p class=\"lead\"><span class=\"verdict {class}\">{}</span>{innovation}. {advice}</p>",
+        "<p class=\"lead\"><span class=\"verdict {class}\">{}</span>{reason}{innovation}. {advice}</p>",
         capital(run.verdict.as_str())
     );
     for sentence in remarks(run) {

@@ -4,7 +4,7 @@ use crate::{Error, Result};
 use monorange_core::geometry::Pose;
 use monorange_core::slam::{
     Decision, Feature, Filter, FilterConfig, Health, Increment, Landmark, Map, MapConfig, Measurement,
-    Observation, Outcome, RingStart, Status, Verdict, arc_rotation, states_for, storage_len,
+    Observation, Outcome, Reason, RingStart, Status, Verdict, arc_rotation, states_for, storage_len,
 };
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 use std::collections::BTreeMap;
@@ -90,6 +90,8 @@ pub struct LogResult {
     pub observations: Vec<ObservationRow>,
     /// Whether to believe it.
     pub verdict: Verdict,
+    /// What speaks against the filter, where anything does.
+    pub reason: Option<Reason>,
     /// The figures behind the verdict.
     pub health: Health<f64>,
     /// Landmarks for which there was no room.
@@ -149,6 +151,7 @@ pub fn run(log: &SensorLog, settings: &Settings) -> Result<LogResult> {
         map: run.points(begin),
         observations,
         verdict: health.verdict(),
+        reason: health.reason(),
         health,
         no_room: run.no_room,
         beyond,

@@ -8,12 +8,13 @@ use monorange_formats::evaluation::{MAX_TRUTH_GAP, Truth};
 use monorange_formats::files::{
     self, Intrinsics, Odometry, Rig, Table, changed_settings, memory, read_times, read_trajectory,
 };
-use monorange_formats::warnings;
+use monorange_formats::pictures::times_in_names;
+use monorange_formats::{plausibility, warnings};
 use monorange_protocol::{conversion::message_from_config, message::Answers};
 use monorange_wasm_record::{Reading, record::readings_to_bytes};
 use nalgebra::Vector2;
 use serde_json::{Value, json};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use wasm_bindgen::prelude::*;
 
 type Answer<T> = Result<T, String>;
@@ -29,10 +30,11 @@ pub fn offer(path: &str, content: Vec<u8>) {
     memory::offer(path, content);
 }
 
-/// Forgets every file that was offered.
+/// Forgets every file that was offered, and what was said of it.
 #[wasm_bindgen]
 pub fn forget_all() {
     memory::withdraw_all();
+    warnings::forget();
 }
 
 /// Whether the file is a text file that a sequence may need.
@@ -80,6 +82,7 @@ pub struct Layout {
     used: bool,
     brought: &'static str,
     notes: Vec<String>,
+    warnings: Vec<String>,
 }
 
 #[wasm_bindgen]
@@ -150,6 +153,16 @@ impl Layout {
     pub fn notes(&self) -> Vec<String> {
         self.notes.clone()
     }
+    /// What looks wrong in the files and is used all the same, a sentence each.
+    #[wasm_bindgen(getter)]
+    pub fn warnings(&self) -> Vec<String> {
+        self.warnings.clone()
+    }
+    /// Length of the way that the wheels made between two times, m.
+    pub fn way(&self, from: f64, to: f64) -> f64 {
+        let motions = self.odometry.iter().flat_map(|wheels| wheels.between(from, to));
+        motions.map(|motion| motion.way()).sum()
+    }
     /// The odometry's readings between two times, as the pipeline's module reads them.
     pub fn between(&self, from: f64, to: f64) -> Vec<u8> {
         let reading = |motion: &files::Control| match motion.reading() {
@@ -202,13 +215,14 @@ impl Layout {
             used: false,
             brought: "",
             notes: Vec::new(),
+            warnings: Vec::new(),
         };
         layout.read_rig(&mut drop)?;
         layout.read_beside(&mut drop, paths)?;
         drop.say_what_is_left(count);
         layout.used = drop.used;
         layout.notes.extend(drop.notes);
-        layout.notes.extend(warnings::fresh());
+        layout.warnings = warnings::fresh();
         Ok(layout)
     }
 
@@ -270,9 +284,11 @@ impl Layout {
                 ));
             }
             self.times = times;
-        } else if let Some(times) = times_in_names(&self.frames, paths) {
-            drop.notes.push("The pictures’ names are their times.".into());
+        } else if let Some((folder, times)) = times_of_names(&self.frames, paths) {
+            plausibility::check_steps(&folder, &times).map_err(sentence)?;
             self.times = times;
+        } else if self.frames.len() > 1 {
+            drop.notes.push("The pictures have no times: 10 a second are supposed. With times.txt, a time in seconds a line, speeds are right.".into());
         }
         if let Some((path, _)) = drop.one(Kind::Odometry) {
             let odometry = Odometry::read(Path::new(&path)).map_err(sentence)?;
@@ -309,22 +325,14 @@ fn truth_rows(truth: &Truth, times: &[f64]) -> Vec<f32> {
     poses.into_iter().flat_map(row).collect()
 }
 
-/// The times that the pictures' names are, in seconds or, with 16 digits and more, in nanoseconds.
-fn times_in_names(frames: &[u32], paths: &[String]) -> Option<Vec<f64>> {
-    let time = |index: &u32| {
-        let name = base_name(paths.get(*index as usize)?);
-        let stem = name.rsplit_once('.')?.0;
-        let (whole, fraction) = stem.split_once('.').unwrap_or((stem, ""));
-        let digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
-        let (whole_digits, is_number) = (whole.len(), digits(whole) && digits(fraction));
-        match (is_number, fraction.is_empty()) {
-            (true, false) if whole_digits >= 9 => stem.parse().ok(),
-            (true, true) if whole_digits >= 16 => stem.parse::<f64>().ok().map(|ns| ns * 1e-9),
-            _ => None,
-        }
-    };
-    let times: Option<Vec<f64>> = frames.iter().map(time).collect();
-    times.filter(|times| times.len() > 1 && times.is_sorted_by(|a, b| a < b))
+/// The pictures' folder, and the times that their names are.
+fn times_of_names(frames: &[u32], paths: &[String]) -> Option<(PathBuf, Vec<f64>)> {
+    let images: Option<Vec<PathBuf>> =
+        frames.iter().map(|index| paths.get(*index as usize).map(PathBuf::from)).collect();
+    let images = images.filter(|images| images.len() > 1)?;
+    let folder = images.first()?.parent()?.to_owned();
+    let times = times_in_names(&folder, &images)?;
+    Some((folder, times))
 }
 
 /// What a device would send of its own accord; here there is none.

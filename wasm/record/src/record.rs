@@ -84,8 +84,12 @@ pub struct Record {
     pub carried: Option<[usize; 3]>,
     /// The filter's verdict on itself.
     pub verdict: Verdict,
+    /// What speaks against the filter, in words; empty where nothing does.
+    pub reason: String,
     /// Mean normalised innovation squared a degree of freedom.
     pub mean_nis: f32,
+    /// What looked wrong and was used all the same.
+    pub warnings: Vec<String>,
 }
 
 impl Record {

@@ -7,9 +7,11 @@
 use core::fmt::Display;
 use monorange_core::geometry::Pose;
 use monorange_core::image::Grey;
+use monorange_core::slam::Reason;
 use monorange_formats::extraction::extractor;
 use monorange_formats::files::{MapPoint, Rig, Stamped, Table, memory, read_trajectory};
 use monorange_formats::report::{Carried, Observation, Run, SHOTS, shot};
+use monorange_formats::warnings;
 use monorange_wasm_record::{Corner, Decision, Frame, Record};
 use nalgebra::{Matrix2, Matrix3, Vector2};
 use std::path::Path;
@@ -35,6 +37,8 @@ pub struct Results {
     /// Index, and corners, of every frame that was used.
     used: Vec<(usize, usize)>,
     start: f64,
+    /// What the run warned of.
+    told: Vec<String>,
 }
 
 #[wasm_bindgen]
@@ -98,7 +102,9 @@ impl Results {
     ///
     /// # Errors
     /// A sentence, where there is none of this name.
-    pub fn write(&self, name: &str) -> Answer<String> {
+    pub fn write(&mut self, name: &str) -> Answer<String> {
+        self.run.warn();
+        self.run.warnings = self.told.iter().cloned().chain(warnings::all()).collect();
         let mut text = Vec::new();
         self.run.write(name, &mut text).map_err(sentence)?;
         String::from_utf8(text).map_err(sentence)
@@ -112,6 +118,8 @@ impl Results {
     /// As [`Rig::parse`].
     pub fn new(command: &str, rig: &str, record: &Record) -> Result<Self, monorange_formats::Error> {
         let rig = Rig::parse(Path::new("rig.toml"), rig)?;
+        // The run has told what there is to say of its rig.
+        warnings::forget();
         let mut run = Run::of_pictures(record.title.clone(), command.into(), &rig, record.frames);
         let mut used = Vec::new();
         for frame in &record.used {
@@ -139,8 +147,9 @@ impl Results {
         run.unmeasured = record.unmeasured;
         run.carried = record.carried.map(|[floor, free, map]| Carried { floor, free, map });
         run.verdict = record.verdict.into();
+        run.reason = Reason::ALL.into_iter().find(|reason| reason.as_str() == record.reason);
         run.mean_nis = record.mean_nis;
-        Ok(Self { run, rig, used, start: record.start })
+        Ok(Self { run, rig, used, start: record.start, told: record.warnings.clone() })
     }
 
     fn shoot(&mut self, frame: usize, pixels: &[u8]) -> Result<(), monorange_formats::Error> {

@@ -146,6 +146,7 @@ impl Session {
         for note in self.layout.iter().flat_map(Layout::notes) {
             notes.push(&note.into());
         }
+        let warnings: Array = self.layout.iter().flat_map(Layout::warnings).map(JsValue::from).collect();
         object::fill(
             &info,
             [
@@ -161,6 +162,7 @@ impl Session {
                 ("used", self.layout.as_ref().is_none_or(Layout::used).into()),
                 ("brought", self.layout.as_ref().map(Layout::brought).unwrap_or_default().into()),
                 ("notes", notes.into()),
+                ("warnings", warnings.into()),
             ],
         );
         info.unchecked_into()
@@ -215,7 +217,7 @@ impl Session {
             let mut record = self.record.borrow_mut();
             record.frames = index + 1;
             stepper::note(&mut record, used);
-            live.end(&mut record);
+            live.end(&mut record, &self.readers);
             object::fill(&result, [("edges", Float32Array::from(live.edges().as_slice()).into())]);
             result
         };

@@ -44,8 +44,12 @@ export interface Layout {
   /** What of the rig the fresh files bring. */
   readonly brought: 'rig' | 'camera' | '';
   readonly notes: string[];
+  /** What looks wrong in the files and is used all the same. */
+  readonly warnings: string[];
   /** The odometry's readings between two times, for the pipeline's module. */
   between(from: number, to: number): Uint8Array;
+  /** Length of the way between two times, m. */
+  way(from: number, to: number): number;
 }
 
 /** The modules that load when they are needed, and functions of the page. */
@@ -58,8 +62,22 @@ export interface Readers {
   sizeOf(head: Uint8Array): Uint32Array | undefined;
   /** A pipeline for a rig, of the module that has it. */
   pipeline(rig: Rig, byPictures: boolean): Pipeline;
+  /** Why a picture's file is not whole, as the end of a sentence. */
+  whyCut(file: Uint8Array): string | undefined;
+  /** Looks at the pictures of a run for what cannot be meant. */
+  watch(): Watch;
+  /** Everything that looked wrong since the files were opened, a sentence each. */
+  warnings(): string[];
   /** Decodes what no browser knows. */
   decode(file: Uint8Array): Promise<RarePicture>;
+}
+
+/** Looks at the pictures of one run. */
+export interface Watch {
+  look(name: string, pixels: Uint8Array, way: number): void;
+  /** Whether the camera froze so often that its pictures check nothing. */
+  judge(): boolean;
+  free(): void;
 }
 
 /** A picture for the screen, with the edge points in it as rows u, v where it was looked through. */
@@ -117,6 +135,8 @@ export interface SequenceInfo {
   brought: 'rig' | 'camera' | '';
   /** Sentences about files that were left aside. */
   notes: string[];
+  /** Sentences about what looks wrong in files and is used all the same. */
+  warnings: string[];
 }
 
 /** Is told of a run several times a second. */
@@ -156,8 +176,25 @@ extern "C" {
     pub fn size_of(this: &Readers, head: Uint8Array) -> Option<Vec<u32>>;
     #[wasm_bindgen(method, catch)]
     pub fn pipeline(this: &Readers, rig: &JsRig, by_pictures: bool) -> Result<Pipeline, JsValue>;
+    #[wasm_bindgen(method, js_name = whyCut)]
+    pub fn why_cut(this: &Readers, file: Uint8Array) -> Option<String>;
+    #[wasm_bindgen(method)]
+    pub fn watch(this: &Readers) -> Watch;
+    #[wasm_bindgen(method)]
+    pub fn warnings(this: &Readers) -> Vec<String>;
     #[wasm_bindgen(method)]
     pub fn decode(this: &Readers, file: Uint8Array) -> Promise;
+
+    /// Looks at the pictures of a run.
+    #[wasm_bindgen(typescript_type = "Watch")]
+    #[derive(Clone, Debug)]
+    pub type Watch;
+    #[wasm_bindgen(method)]
+    pub fn look(this: &Watch, name: &str, pixels: &[u8], way: f64);
+    #[wasm_bindgen(method)]
+    pub fn judge(this: &Watch) -> bool;
+    #[wasm_bindgen(method)]
+    pub fn free(this: &Watch);
 
     /// A picture that another module has decoded.
     #[wasm_bindgen(typescript_type = "RarePicture")]
@@ -199,6 +236,10 @@ extern "C" {
     pub fn brought(this: &Layout) -> String;
     #[wasm_bindgen(method, getter)]
     pub fn notes(this: &Layout) -> Vec<String>;
+    #[wasm_bindgen(method, getter)]
+    pub fn warnings(this: &Layout) -> Vec<String>;
+    #[wasm_bindgen(method)]
+    pub fn way(this: &Layout, from: f64, to: f64) -> f64;
     #[wasm_bindgen(method)]
     pub fn between(this: &Layout, from: f64, to: f64) -> Vec<u8>;
 

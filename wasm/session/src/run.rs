@@ -36,7 +36,7 @@ pub(crate) async fn run(
         Record { title, frames: frames.len(), start, unmeasured, carried, ..Record::default() };
     let done = Run { session, frames: &frames, times: &times, listener, number }.go(&mut stepper).await;
     if session.running.get() == number || !matches!(done, Ok(true)) {
-        stepper.end(&mut session.record.borrow_mut());
+        stepper.end(&mut session.record.borrow_mut(), &session.readers);
     }
     done
 }

@@ -25,6 +25,8 @@ pub(crate) enum Frame {
 pub(crate) enum Decoding {
     /// The first bytes of a file that the browser can decode, and the file.
     Known(Promise, Blob),
+    /// The bytes of a JPEG, and the file: of one that is cut short a browser makes up the rest.
+    Jpeg(Promise, Blob),
     /// The bytes of a file that is decoded elsewhere.
     Bytes(Promise),
     Fetched(Promise),
@@ -60,6 +62,9 @@ impl Frame {
                 if ends_in(&file.path(), &["pgm", "pnm", "ppm", "pbm", "tif", "tiff"]) {
                     return Ok(Decoding::Bytes(blob.array_buffer()));
                 }
+                if ends_in(&file.path(), &["jpg", "jpeg"]) {
+                    return Ok(Decoding::Jpeg(blob.array_buffer(), blob));
+                }
                 blob
             }
         };
@@ -70,6 +75,7 @@ impl Frame {
 impl Decoding {
     /// The picture, or why there is none, as the end of a sentence.
     pub(crate) async fn finish(self, readers: &Readers) -> Result<Picture, JsValue> {
+        let is_jpeg = matches!(self, Self::Jpeg(..));
         match self {
             Self::Fetched(promise) => {
                 let picture: ImageData = wait(promise).await?.unchecked_into();
@@ -78,8 +84,11 @@ impl Decoding {
             Self::Bytes(promise) => {
                 decode::from_bytes(&Uint8Array::new(&wait(promise).await?), readers).await
             }
-            Self::Known(head, blob) => {
-                let head = Uint8Array::new(&wait(head).await?);
+            Self::Known(promise, blob) | Self::Jpeg(promise, blob) => {
+                let head = Uint8Array::new(&wait(promise).await?);
+                if is_jpeg && let Some(reason) = readers.why_cut(head.clone()) {
+                    return Err(object::error(&reason));
+                }
                 if let Some([width, height]) = readers.size_of(head).as_deref() {
                     decode::check_size(*width, *height)?;
                 }

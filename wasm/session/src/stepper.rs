@@ -1,7 +1,7 @@
 //! The pipeline with a sequence's clock; a picture that cannot be used is a result that says so.
 use crate::decode::{Picture, scope};
 use crate::object;
-use crate::readers::{JsResult, JsRig, Layout, Pipeline, Readers, Report};
+use crate::readers::{JsResult, JsRig, Layout, Pipeline, Readers, Report, Watch};
 use js_sys::Float32Array;
 use monorange_wasm_record::record::readings_from_bytes;
 use monorange_wasm_record::{Frame, MapPoint, Reading, Record, Verdict};
@@ -21,6 +21,7 @@ pub(crate) enum Motion {
 /// One run's pipeline.
 pub(crate) struct Stepper {
     pipeline: Pipeline,
+    watch: Watch,
     motion: Motion,
     start: f64,
     /// The time up to which the robot was moved.
@@ -62,7 +63,16 @@ pub(crate) fn now() -> f64 {
 impl Stepper {
     pub(crate) fn new(rig: &JsRig, readers: &Readers, start: f64, motion: Motion) -> Answer<Self> {
         let pipeline = readers.pipeline(rig, matches!(motion, Motion::Pictures))?;
-        Ok(Self { pipeline, motion, start, reached: Cell::new(start), pose: [0.0; 3], covariance: [0.0; 6] })
+        let watch = readers.watch();
+        Ok(Self {
+            pipeline,
+            watch,
+            motion,
+            start,
+            reached: Cell::new(start),
+            pose: [0.0; 3],
+            covariance: [0.0; 6],
+        })
     }
 
     /// Sends a picture through the pipeline, or what is wrong with it past it.
@@ -77,7 +87,7 @@ impl Stepper {
         let result: JsResult = js_sys::Object::new().unchecked_into();
         object::fill(&result, [("index", (index as f64).into()), ("name", name.into()), ("t", time.into())]);
         let outcome = match picture {
-            Ok(picture) => self.process(picture, index, time, decode_ms),
+            Ok(picture) => self.process(picture, index, name, time, decode_ms),
             Err(reason) => Err(reason.clone()),
         };
         let (report, used) = match outcome {
@@ -118,6 +128,7 @@ impl Stepper {
         &mut self,
         picture: &Picture,
         index: usize,
+        name: &str,
         time: f64,
         decode_ms: f64,
     ) -> core::result::Result<(Seen, Used), String> {
@@ -129,8 +140,14 @@ impl Stepper {
             ));
         }
         let begin = now();
-        self.pipeline.load(&picture.grey()).map_err(|error| object::words(&error))?;
+        let grey = picture.grey();
+        self.pipeline.load(&grey).map_err(|error| object::words(&error))?;
         let decoded = decode_ms + now() - begin;
+        let way = match &self.motion {
+            Motion::Wheels(layout) => layout.way(self.reached.get(), time),
+            _ => 0.0,
+        };
+        self.watch.look(name, &grey, way);
         let (report, [edges, lines, motion, map]) = self
             .advance(time)
             .map_err(|error| format!("the filter refuses it: {}", object::words(&error)))?;
@@ -222,21 +239,23 @@ impl Stepper {
     }
 
     /// Puts the map as it is now, and the verdict on it, into the record.
-    pub(crate) fn end(&self, record: &mut Record) {
+    pub(crate) fn end(&self, record: &mut Record, readers: &Readers) {
         record.map = self.pipeline.confirmed().chunks_exact(9).filter_map(map_point).collect();
         record.mean_nis = self.pipeline.mean_nis();
-        record.verdict = match self.pipeline.verdict() {
-            1 => Verdict::Consistent,
-            2 => Verdict::Doubtful,
-            3 => Verdict::Lost,
-            _ => Verdict::Unchecked,
+        (record.verdict, record.reason) = match (self.watch.judge(), self.pipeline.verdict()) {
+            (false, 1) => (Verdict::Consistent, String::new()),
+            (false, 2) => (Verdict::Doubtful, self.pipeline.reason()),
+            (false, 3) => (Verdict::Lost, self.pipeline.reason()),
+            _ => (Verdict::Unchecked, String::new()),
         };
+        record.warnings = readers.warnings();
     }
 }
 
 impl Drop for Stepper {
     fn drop(&mut self) {
         self.pipeline.free();
+        self.watch.free();
     }
 }
 

@@ -11,9 +11,10 @@ export async function preview(): Promise<{ shown: Shown; result: FrameResult; ri
   const picture = await (await fetch(new URL('./first.jpg', import.meta.url))).blob();
   const layout: Layout = {
     frames: Uint32Array.of(0), times: Float64Array.of(0), name: 'sample', title: 'sample', rig: null, rigSize: undefined, rigSource: '',
-    wheels: false, truth: null, laser: null, used: true, brought: '', notes: [], between: () => new Uint8Array(),
+    wheels: false, truth: null, laser: null, used: true, brought: '', notes: [], warnings: [], between: () => new Uint8Array(), way: () => 0,
   };
   const readers: Readers = {
+    whyCut: () => undefined, watch: () => ({ look: () => undefined, judge: () => false, free: () => undefined }), warnings: () => [],
     wants: () => false, offer: () => undefined, layout: () => layout, sizeOf: () => undefined, pipeline, decode: () => Promise.reject(new Error('no reader')),
   };
   const session = await Session.open([{ path: 'first.jpg', blob: () => picture }], 1, readers);

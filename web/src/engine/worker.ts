@@ -99,7 +99,8 @@ const calls: { [Name in CallName]: (ask: Calls[Name]['ask']) => Promise<Calls[Na
     ranWith = rig;
     const progress = (results: FrameResult[], shown: Calls['picture']['answer'] | null, secondsLeft: number) =>
       post({ kind: 'results', run: number, results, shown, secondsLeft }, shown ? [shown.picture] : []);
-    return (await opened().run(number, rig, { progress })) ? 'done' : 'cancelled';
+    const end = (await opened().run(number, rig, { progress })) ? 'done' : 'cancelled';
+    return { end, warnings: (await loadFiles()).freshWarnings() };
   },
   startLive: ({ rig }) => inTurn(async () => {
     await init();

@@ -48,7 +48,8 @@ export interface Calls {
   open: { ask: { files: SourceFile[] }; answer: SequenceInfo };
   openVideo: { ask: { name: string; frames: number; interval: number; width: number; height: number; files: SourceFile[] }; answer: SequenceInfo };
   picture: { ask: { frame: number }; answer: Shown };
-  run: { ask: RunSettings; answer: 'done' | 'cancelled' };
+  /** `warnings`: what looked wrong in the pictures, a sentence each. */
+  run: { ask: RunSettings; answer: { end: 'done' | 'cancelled'; warnings: string[] } };
   startLive: { ask: { rig: Rig }; answer: void };
   live: { ask: { picture: RawPicture; t: number; index: number }; answer: { result: FrameResult; edges: Float32Array } };
   /** The camera is off: what it saw is a sequence now. */
