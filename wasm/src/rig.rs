@@ -30,6 +30,8 @@ export interface RigInput {
   pixelStd: [number, number];
   mount: Mount;
   mountStd: Mount;
+  /** Those of them that the rig file leaves out: of a mount that was measured by hand. */
+  assumedStd: Partial<Mount>;
   /** The pipeline's settings: a `Configure` message of the co-processor's protocol, or nothing for the default ones. */
   settings: ArrayLike<number>;
 }

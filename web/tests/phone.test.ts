@@ -1,6 +1,7 @@
 /** A phone of 390 pixels' width, and fingers. */
 import { afterAll, beforeAll, expect, test } from 'vitest';
 import type { CDPSession, Page } from 'playwright-core';
+import { expectAccessible } from './axe.ts';
 import { openSite, waitForPhase, type Site } from './browser.ts';
 
 let site: Site;
@@ -84,10 +85,21 @@ test('two fingers move the picture, and cannot push it out of sight', async () =
   await page.tap('#camera-fit');
 });
 
+test('nothing that WCAG 2.2 AA asks for is missing on a phone', async () => {
+  for (const colorScheme of ['light', 'dark'] as const) {
+    await page.emulateMedia({ colorScheme });
+    await expectAccessible(page, colorScheme);
+    await page.tap('#setup-toggle');
+    await expectAccessible(page, `set-up, ${colorScheme}`);
+    await page.tap('#setup-toggle');
+  }
+});
+
 test('the sample runs', async () => {
   await page.evaluate(() => scrollTo(0, 0));
   await page.tap('#sample');
   await waitForPhase(page, 'done');
+  await expectAccessible(page, 'done');
   expect(await page.evaluate(() => document.documentElement.scrollWidth)).toBeLessThanOrEqual(390);
 });
 

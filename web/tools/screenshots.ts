@@ -63,7 +63,7 @@ test('wide', async () => {
   await page.click('[data-layer=edges]');
 });
 
-test('every size, light and dark', async () => {
+test('every size, light and dark', { timeout: 600_000 }, async () => {
   for (const [width, height] of [[1440, 900], [1280, 720], [390, 844], [844, 390]] as const) {
     for (const dark of [false, true]) {
       const touch = Math.min(width, height) < 500;

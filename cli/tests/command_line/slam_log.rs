@@ -66,6 +66,23 @@ fn a_log_with_names_gives_every_file_and_the_true_map() {
 }
 
 #[test]
+fn a_verdict_against_the_filter_says_why() {
+    let folder = log(true);
+    // Wheels that turn the other way, and a filter that believes them.
+    let folder = {
+        let wheels = folder.read("odometry.csv").replace(",1,0.25", ",1,-0.25");
+        folder.write("odometry.csv", wheels)
+    };
+    let run = format!("{RUN} --turn-std 0.01 --gate hard --out out");
+    let said = folder.run(&run).success();
+    let reason = "measurement after measurement lies beyond its gate";
+    assert!(said.lines().next().unwrap().ends_with(&format!("lost: {reason}")), "{said}");
+    let report: serde_json::Value = serde_json::from_str(&folder.read("out/report.json")).unwrap();
+    assert_eq!((&report["verdict"], &report["reason"]), (&"lost".into(), &reason.into()));
+    assert!(folder.read("out/report.html").contains(&format!("Lost</span>: {reason}")));
+}
+
+#[test]
 fn a_log_without_names_ends_with_the_same_map_under_every_filter_and_gate() {
     let folder = log(false);
     for filter in ["invariant", "textbook", "fej"] {

@@ -165,6 +165,11 @@ impl FrozenCamera {
             );
             Error::new(cause).help("the camera or its driver froze: leave these pictures out").warn();
         }
+        self.is_frozen()
+    }
+
+    /// Whether such pictures are so many that nothing was checked by them.
+    pub fn is_frozen(&self) -> bool {
         5 * self.frozen > self.seen
     }
 }

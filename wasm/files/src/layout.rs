@@ -287,8 +287,8 @@ impl Layout {
         } else if let Some((folder, times)) = times_of_names(&self.frames, paths) {
             plausibility::check_steps(&folder, &times).map_err(sentence)?;
             self.times = times;
-        } else if self.frames.len() > 1 {
-            drop.notes.push("The pictures have no times: 10 a second are supposed. With times.txt, a time in seconds a line, speeds are right.".into());
+        } else if drop.first(Kind::Odometry).or(drop.first(Kind::Truth)).is_some() {
+            drop.notes.push("The pictures have no times: 10 a second are supposed. Add times.txt, a time in seconds a line.".into());
         }
         if let Some((path, _)) = drop.one(Kind::Odometry) {
             let odometry = Odometry::read(Path::new(&path)).map_err(sentence)?;
@@ -352,8 +352,11 @@ fn lens_name(lens: &Lens<f64>) -> &'static str {
     }
 }
 
+/// A mount's entries, in the order of [`Mount::parameters`](monorange_core::geometry::Mount::parameters).
+const MOUNT: [&str; 6] = ["height", "tilt", "roll", "yaw", "forward", "left"];
+
 fn rig_entries(rig: &Rig) -> Answer<Value> {
-    let Rig { finder, pixel_std, mount_std, settings, .. } = rig;
+    let Rig { finder, pixel_std, mount_std, assumed_std, settings, .. } = rig;
     let mut buffer = [0; 1024];
     // The message's own camera is not looked at, and has no room for every lens.
     let plain = Camera::new(2, 2, [1.0; 2], [0.5; 2], 0.0, Default::default()).map_err(sentence)?;
@@ -361,7 +364,9 @@ fn rig_entries(rig: &Rig) -> Answer<Value> {
     let message = message_from_config(&plain, NO_ANSWERS);
     let message: &[u8] = postcard::to_slice(&message, &mut buffer).map_err(sentence)?;
     let camera = finder.camera();
-    let six = |[height, tilt, roll, yaw, forward, left]: [f64; 6]| json!({ "height": height, "tilt": tilt, "roll": roll, "yaw": yaw, "forward": forward, "left": left });
+    let six = |numbers: [f64; 6]| Value::from_iter(MOUNT.into_iter().zip(numbers));
+    let assumed = MOUNT.into_iter().zip(mount_std).zip(assumed_std).filter(|(_, assumed)| **assumed);
+    let assumed = assumed.map(|((name, std), _)| (name.to_owned(), json!(std)));
     Ok(json!({
         "width": camera.width(),
         "height": camera.height(),
@@ -373,6 +378,7 @@ fn rig_entries(rig: &Rig) -> Answer<Value> {
         "pixelStd": pixel_std,
         "mount": six(finder.mount().parameters()),
         "mountStd": six(*mount_std),
+        "assumedStd": assumed.collect::<serde_json::Map<_, _>>(),
         "settings": message,
         "settingsToml": changed_settings(settings),
     }))

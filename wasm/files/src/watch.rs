@@ -26,7 +26,12 @@ impl Watch {
         self.frozen.look(pixels, way);
     }
 
-    /// Warns of a camera that froze; `true` where the pictures check nothing.
+    /// Whether the camera froze so often that its pictures check nothing.
+    pub fn froze(&self) -> bool {
+        self.frozen.is_frozen()
+    }
+
+    /// Warns of a camera that froze; as [`froze`](Self::froze).
     pub fn judge(&self) -> bool {
         self.frozen.judge()
     }

@@ -76,6 +76,8 @@ export interface Readers {
 export interface Watch {
   look(name: string, pixels: Uint8Array, way: number): void;
   /** Whether the camera froze so often that its pictures check nothing. */
+  froze(): boolean;
+  /** As `froze`, with a warning of every picture that is the one before. */
   judge(): boolean;
   free(): void;
 }
@@ -191,6 +193,8 @@ extern "C" {
     pub type Watch;
     #[wasm_bindgen(method)]
     pub fn look(this: &Watch, name: &str, pixels: &[u8], way: f64);
+    #[wasm_bindgen(method)]
+    pub fn froze(this: &Watch) -> bool;
     #[wasm_bindgen(method)]
     pub fn judge(this: &Watch) -> bool;
     #[wasm_bindgen(method)]

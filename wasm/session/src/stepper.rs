@@ -102,6 +102,10 @@ impl Stepper {
             Used::Frame { frame, held, .. } => (*held, frame.stages_ms),
             Used::No(_) => (false, [0.0; 5]),
         };
+        let (verdict, reason) = match self.watch.froze() {
+            true => (0, String::new()),
+            false => (self.pipeline.verdict(), self.pipeline.reason()),
+        };
         let array = |numbers: &[f32]| Float32Array::from(numbers).into();
         object::fill(
             &result,
@@ -115,8 +119,8 @@ impl Stepper {
                 ("nis", report.nis.into()),
                 ("nisDegrees", report.nis_degrees.into()),
                 ("motionHeld", held.into()),
-                ("verdict", self.pipeline.verdict().into()),
-                ("reason", self.pipeline.reason().into()),
+                ("verdict", verdict.into()),
+                ("reason", reason.into()),
                 ("meanNis", self.pipeline.mean_nis().into()),
                 ("stages", array(&stages)),
             ],

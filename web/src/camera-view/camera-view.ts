@@ -198,9 +198,13 @@ export class CameraView {
     const { state } = this.#store;
     const { picture, layers, rig, selected } = state;
     const viewport = this.#viewport;
-    const scene: overlay.Scene = { context, viewport, colours: palette(), width: this.canvas.width, height: this.canvas.height };
     const corner = viewport.toScreen(-0.5, -0.5);
     const [width, height] = [rig.width * viewport.scale, rig.height * viewport.scale];
+    const shown = {
+      left: Math.max(corner.x, 0), top: Math.max(corner.y, 0),
+      right: Math.min(corner.x + width, this.canvas.width), bottom: Math.min(corner.y + height, this.canvas.height),
+    };
+    const scene: overlay.Scene = { context, viewport, colours: palette(), width: this.canvas.width, height: this.canvas.height, shown };
     // Dark, so that grid and horizon show without a picture too.
     context.fillStyle = '#3a4047';
     context.fillRect(corner.x, corner.y, width, height);

@@ -12,20 +12,20 @@ export interface Placed {
   top: number;
 }
 
-interface Rectangle extends Placed {
+export interface Rectangle extends Placed {
   right: number;
   bottom: number;
 }
 
 const GAP = 7;
 
-/** A place for each label, or null where there is no room. Points themselves are kept free too. */
-export function place(wanted: Wanted[], width: number, height: number): (Placed | null)[] {
+/** A place for each label inside the view, or null where there is no room. Points themselves are kept free too. */
+export function place(wanted: Wanted[], view: Rectangle): (Placed | null)[] {
   const taken: Rectangle[] = wanted.map(({ x, y }) => ({ left: x - 3, top: y - 3, right: x + 3, bottom: y + 3 }));
   return wanted.map((label) => {
     for (const { left, top } of candidates(label)) {
       const rectangle = { left, top, right: left + label.width, bottom: top + label.height };
-      const inside = left >= 1 && top >= 1 && rectangle.right <= width - 1 && rectangle.bottom <= height - 1;
+      const inside = left > view.left && top > view.top && rectangle.right < view.right && rectangle.bottom < view.bottom;
       if (!inside || taken.some((other) => overlap(rectangle, other))) continue;
       taken.push(rectangle);
       return { left, top };

@@ -5,7 +5,7 @@ import { ellipseOf } from '../views/ellipse.ts';
 import { font } from '../views/canvas.ts';
 import type { Viewport } from '../views/viewport.ts';
 import { GRID_LINES, type Ground } from './ground.ts';
-import { place, type Wanted } from './labels.ts';
+import { place, type Rectangle, type Wanted } from './labels.ts';
 
 export interface Scene {
   context: CanvasRenderingContext2D;
@@ -13,6 +13,8 @@ export interface Scene {
   colours: Palette;
   width: number;
   height: number;
+  /** The part of the screen that the picture covers. */
+  shown: Rectangle;
 }
 
 export function drawGrid(scene: Scene, ground: Ground): void {
@@ -220,7 +222,7 @@ export function drawCorners(scene: Scene, result: FrameResult, seen: boolean, re
 
 /** Number and range with ±σ beside each corner, nearest first, where there is room. */
 export function drawRanges(scene: Scene, result: FrameResult): void {
-  const { context, viewport, width, height } = scene;
+  const { context, viewport, shown } = scene;
   const rows = result.corners;
   const order: number[] = [];
   for (let row = 0; row < rows.length; row += CORNER.Width) {
@@ -240,7 +242,7 @@ export function drawRanges(scene: Scene, result: FrameResult): void {
     width: context.measureText(texts[index] ?? '').width + 8,
     height: 18,
   }));
-  place(wanted, width, height).forEach((at, index) => {
+  place(wanted, shown).forEach((at, index) => {
     const label = wanted[index];
     if (!at || !label) return;
     context.fillStyle = 'rgb(17 19 22 / 76%)';

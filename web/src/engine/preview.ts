@@ -14,7 +14,7 @@ export async function preview(): Promise<{ shown: Shown; result: FrameResult; ri
     wheels: false, truth: null, laser: null, used: true, brought: '', notes: [], warnings: [], between: () => new Uint8Array(), way: () => 0,
   };
   const readers: Readers = {
-    whyCut: () => undefined, watch: () => ({ look: () => undefined, judge: () => false, free: () => undefined }), warnings: () => [],
+    whyCut: () => undefined, watch: () => ({ look: () => undefined, froze: () => false, judge: () => false, free: () => undefined }), warnings: () => [],
     wants: () => false, offer: () => undefined, layout: () => layout, sizeOf: () => undefined, pipeline, decode: () => Promise.reject(new Error('no reader')),
   };
   const session = await Session.open([{ path: 'first.jpg', blob: () => picture }], 1, readers);

@@ -9,3 +9,10 @@ test('a rig file has whole sizes, degrees, and says what is guessed', () => {
   expect(text).toContain('tilt_deg = 12.0\n');
   expect(text).toContain('distortion = [0.0, 0.0, 0.0, 0.0, 0.0]');
 });
+
+test('a deviation that the rig file left out stays out until someone sets it', () => {
+  const rig = guessedRig(320, 240);
+  const left = { ...rig, mountStd: { ...rig.mountStd, height: 0.01 }, assumedStd: { height: 0.01 } };
+  expect(rigToml(left)).not.toContain('height_std');
+  expect(rigToml({ ...left, mountStd: { ...left.mountStd, height: 0.002 } })).toContain('height_std = 0.002\n');
+});

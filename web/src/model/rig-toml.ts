@@ -1,5 +1,5 @@
 /** The rig file of a rig. */
-import { DEGREE, type Rig } from './rig.ts';
+import { DEGREE, type Mount, type Rig } from './rig.ts';
 
 /** As short as it can be without losing what was set: nine digits. */
 function number(value: number): string {
@@ -12,7 +12,9 @@ function list(values: readonly number[]): string {
 }
 
 export function rigToml(rig: Rig): string {
-  const { mount, mountStd } = rig;
+  const { mount, mountStd, assumedStd } = rig;
+  /** A deviation that the rig file left out, and nobody has set since, stays out: the default is the same, and is told as one. */
+  const std = (name: keyof Mount, key: string, unit = 1) => (assumedStd[name] === mountStd[name] ? [] : [`${key} = ${number(mountStd[name] / unit)}`]);
   const lines = [
     ...(rig.guessed ? ['# The camera is not calibrated: focal length, centre and lens are guesses.'] : []),
     '[camera]',
@@ -31,10 +33,10 @@ export function rigToml(rig: Rig): string {
     ...(['tilt', 'roll', 'yaw'] as const).map((name) => `${name}_deg = ${number(mount[name] / DEGREE)}`),
     `forward = ${number(mount.forward)}`,
     `left = ${number(mount.left)}`,
-    `height_std = ${number(mountStd.height)}`,
-    ...(['tilt', 'roll', 'yaw'] as const).map((name) => `${name}_std_deg = ${number(mountStd[name] / DEGREE)}`),
-    `forward_std = ${number(mountStd.forward)}`,
-    `left_std = ${number(mountStd.left)}`,
+    ...std('height', 'height_std'),
+    ...(['tilt', 'roll', 'yaw'] as const).flatMap((name) => std(name, `${name}_std_deg`, DEGREE)),
+    ...std('forward', 'forward_std'),
+    ...std('left', 'left_std'),
     rig.settingsToml,
   ];
   return lines.join('\n');

@@ -29,6 +29,7 @@ export function guessedRig(width: number, height: number, fieldOfView = 60 * DEG
     pixelStd: [0.5, 0.5],
     mount: { ...GUESSED_MOUNT },
     mountStd: { ...GUESSED_MOUNT_STD },
+    assumedStd: {},
     settings: [],
     settingsToml: '',
     guessed: true,
