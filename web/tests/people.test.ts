@@ -156,6 +156,35 @@ test('a folder of EuRoC’s opens, with its foreign files as notes', async () =>
   expect(Number(second.split(' ')[0]) - Number(first.split(' ')[0])).toBeCloseTo(0.1, 3);
 });
 
+test('folders of TUM and of KITTI open, and what is left aside is said', async () => {
+  const names = ['1305031102.175304.png', '1305031102.211214.png'];
+  await openFolder({ ...pictures('rgb/', names), ...pictures('depth/', names), 'rgb.txt': '# color images\n', 'depth.txt': '# depth maps\n', 'groundtruth.txt': names.map((name, k) => `${name.slice(0, -4)} ${k} 0 0 0 0 0 1\n`).join('') });
+  await waitForPhase(page, 'done');
+  expect(await message()).toMatch(/2 pictures were in drive\/depth left aside/);
+  expect(await message()).toContain('they are taken from the pictures\' names');
+  expect(await message()).not.toContain('.txt is not used');
+  const [first = '', second = ''] = (await exported(page, 'trajectory.tum')).trim().split('\n');
+  expect(Number(second.split(' ')[0]) - Number(first.split(' ')[0])).toBeCloseTo(0.036, 3);
+  await openFolder({
+    ...pictures('image_0/', ['000000.png', '000001.png', '000002.png']), ...pictures('image_1/', ['000000.png', '000001.png', '000002.png']),
+    'times.txt': '0.0\n0.104\n0.207\n', 'calib.txt': `P0: ${[718.8, 0, 607.2, 0, 0, 718.8, 185.2, 0, 0, 0, 1, 0].join(' ')}\n`,
+  });
+  await waitForPhase(page, 'done');
+  expect(await status()).toContain('Frame 3 of 3');
+  expect(await message()).toMatch(/calib\.txt is not used: KITTI's calib\.txt does not say the picture's size.*write width and height into \[camera\]/);
+  expect(await message()).toContain('image_1 left aside');
+});
+
+test('a car’s floor has a grid of metres that can be told apart', async () => {
+  const grid = () => page.locator('#camera-view').getAttribute('aria-description');
+  const small = await grid();
+  await openFiles({ ...pictures('', ['1.png']), 'rig.toml': RIG.replace('height = 0.4', 'height = 1.65').replace('tilt_deg = 12.0', 'tilt_deg = 1.0') });
+  await waitForPhase(page, 'done');
+  const metres = (text: string | null) => Number(/grid of ([\d.]+) m/.exec(text ?? '')?.[1]);
+  expect(metres(small)).toBeLessThanOrEqual(1);
+  expect(metres(await grid())).toBeGreaterThanOrEqual(2);
+});
+
 test('what cannot be opened says what to do instead', async () => {
   await openFiles({ 'drive.zip': 'PK' });
   await expect.poll(message).toContain('drive.zip is not a picture: it is an archive. Unpack it, then drop the folder.');

@@ -111,3 +111,17 @@ test('the keyboard alone scrolls the page', async () => {
   await page.keyboard.press('End');
   await expect.poll(() => page.evaluate(() => scrollY)).toBeGreaterThan(100);
 });
+
+test('a phone on its side shows picture and set-up beside each other, and the corners beside the card', async () => {
+  await page.setViewportSize({ width: 844, height: 390 });
+  await page.reload();
+  await waitForPhase(page, 'empty');
+  const bottomOf = (id: string) => page.evaluate((id) => document.querySelector(id)!.getBoundingClientRect().bottom, id);
+  const view = await page.locator('#camera-view').boundingBox();
+  expect(await bottomOf('#empty')).toBeLessThan(view!.y + view!.height / 3);
+  await page.tap('#setup-toggle');
+  const field = await page.getByLabel('Height in m').boundingBox();
+  expect(field!.y + field!.height).toBeLessThan(390);
+  await expectAccessible(page, 'on its side');
+  expect(await page.evaluate(() => document.documentElement.scrollWidth)).toBeLessThanOrEqual(844);
+});

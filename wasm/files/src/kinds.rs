@@ -23,6 +23,8 @@ pub enum Kind {
     Landmarks,
     /// An archive, or a log of a robot, which must be taken apart first.
     Container,
+    /// A dataset's list of its own pictures, whose names say the same.
+    List,
     /// Nothing that a sequence needs.
     Other,
 }
@@ -46,6 +48,9 @@ impl Kind {
             "yaml" | "yml" | "xml" => Self::Camera,
             "tum" => Self::Truth,
             "txt" | "csv" if begins(&["truth", "groundtruth", "ground_truth", "gt.", "gt_"]) => Self::Truth,
+            "txt" if begins(&["calib"]) => Self::Camera,
+            "txt" if ["rgb.txt", "depth.txt", "associations.txt"].contains(&name.as_str()) => Self::List,
+            "csv" if name == "data.csv" && path.contains("cam") => Self::List,
             "txt" | "csv" if begins(&["time"]) => Self::Times,
             "txt" | "csv" if begins(&["odo"]) => Self::Odometry,
             "csv" if begins(&["laser"]) => Self::Laser,
@@ -85,6 +90,10 @@ mod tests {
             ("laser.csv", Kind::Laser),
             ("landmarks.csv", Kind::Landmarks),
             ("drive.mcap", Kind::Container),
+            ("00/calib.txt", Kind::Camera),
+            ("calib_cam_to_cam.txt", Kind::Camera),
+            ("rgbd/rgb.txt", Kind::List),
+            ("mav0/cam0/data.csv", Kind::List),
             ("notes.txt", Kind::Other),
         ] {
             assert_eq!(Kind::of(path), kind, "{path}");

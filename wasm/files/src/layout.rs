@@ -40,7 +40,8 @@ pub fn forget_all() {
 /// Whether the file is a text file that a sequence may need.
 #[wasm_bindgen]
 pub fn wants(path: &str) -> bool {
-    !is_litter(path) && !matches!(Kind::of(path), Kind::Picture | Kind::Video | Kind::Container | Kind::Other)
+    !is_litter(path)
+        && !matches!(Kind::of(path), Kind::Picture | Kind::Video | Kind::Container | Kind::List | Kind::Other)
 }
 
 /// Width and height of a picture, by the first bytes of its file.

@@ -70,6 +70,7 @@ export class CameraView {
       const ground = new Ground(rig);
       this.#ground?.free();
       this.#ground = ground;
+      this.canvas.element.setAttribute('aria-description', `The floor has a grid of ${ground.spacing} m.`);
     } catch {
       return; // The set-up panel says what is wrong; the last good rig stays on show.
     }
