@@ -1,5 +1,5 @@
 //! The mount from points, from a drive, or from vertical edges, with its figures for a person and for a program.
-use crate::sequence::Sequence;
+use crate::{sequence::Sequence, warnings};
 use monorange_core::{
     calibration::{
         DriveStep, Explanation, Fitted, KnownPoint, MountFit, PointNoise, TrackedPoint, VerticalEdge,
@@ -200,6 +200,15 @@ fn far_from_by_hand(by_hand: &Mount<f64>, fitted: &Mount<f64>) -> Vec<String> {
     if !(0.8..1.25).contains(&(fit.0 / hand.0)) {
         words.push(format!("the height by hand, {:.2} m, is {:.2} m off", hand.0, (fit.0 - hand.0).abs()));
     }
+    let [by_hand, fitted] = [by_hand, fitted].map(|mount| {
+        let [_, _, roll, yaw, ..] = mount.parameters();
+        [roll, yaw].map(f64::to_degrees)
+    });
+    for ((name, hand), fit) in ["roll", "yaw"].into_iter().zip(by_hand).zip(fitted) {
+        if (fit - hand).abs() > 10.0 {
+            words.push(format!("the {name} by hand, {hand:.1}°, is {:.1}° off", (fit - hand).abs()));
+        }
+    }
     let remedy = "if the fitted value cannot be right, check the units and the order of the points' columns";
     words.into_iter().map(|words| format!("{words}; {remedy}")).collect()
 }
@@ -221,7 +230,13 @@ pub fn from_verticals(rig: &Rig, frames: &Path, fitted: Fitted) -> Result<Calibr
     let mut edges = Vec::new();
     for image in pictures::in_folder(frames)? {
         pictures::check_size(&image, camera.width(), camera.height())?;
-        let Ok(picture) = Picture::read(&image) else { continue };
+        let picture = match Picture::read(&image) {
+            Ok(picture) => picture,
+            Err(error) => {
+                warnings::left_out(&error);
+                continue;
+            }
+        };
         let extraction = extractor.extract(picture.grey()?).map_err(|error| Error::new(error).at(&image))?;
         edges.extend(extraction.vertical_lines.iter().map(|line| VerticalEdge::from_line(camera, line)));
     }
@@ -276,7 +291,13 @@ pub fn from_drive(rig: &Rig, sequence: &Sequence, fitted: Fitted) -> Result<Cali
     let mut reached = start;
     let mut drive = Vec::new();
     for (image, time) in sequence.images.iter().zip(&sequence.times) {
-        let Ok(picture) = image.read() else { continue };
+        let picture = match image.read() {
+            Ok(picture) => picture,
+            Err(error) => {
+                warnings::left_out(&error);
+                continue;
+            }
+        };
         let extraction =
             extractor.extract(picture.grey()?).map_err(|error| Error::new(error).at(image.name()))?;
         let mut motions = Vec::new();

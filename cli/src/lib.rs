@@ -5,6 +5,7 @@
 //! | [`sequence`] | a recorded drive: pictures, times, odometry and truth, checked against each other |
 //! | [`mcap_output`] | the run as a recording of ROS 2 |
 //! | [`outputs`] | files that appear whole or not at all |
+//! | [`overlays`] | pictures drawn over the inputs, over nobody else's |
 //! | [`warnings`] | warnings on standard error, a line each |
 //! | [`interrupt`] | Ctrl-C and its like: what is unfinished goes |
 //! | [`calibration`] | the mount from points, drives or vertical edges |
@@ -18,6 +19,7 @@ pub mod commands;
 pub mod interrupt;
 pub mod mcap_output;
 pub mod outputs;
+pub mod overlays;
 pub mod reproduce;
 pub mod sequence;
 pub mod warnings;

@@ -1,9 +1,8 @@
 //! The `monorange` command.
-use clap::Parser;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let arguments = monorange::commands::Cli::parse();
+    let arguments = monorange::commands::Cli::of_arguments();
     monorange::interrupt::watch();
     let done = monorange::commands::run(arguments);
     monorange::warnings::say();

@@ -62,6 +62,8 @@ impl Outputs {
     /// # Errors
     /// As [`into_folder`](Self::into_folder), and when the folder holds a file of these names and is not an earlier run's.
     pub fn of_a_run(folder: &Path, names: &[&str], mark: &str) -> Result<Self> {
+        // Before the work rather than after it.
+        names.iter().try_for_each(|name| not_an_input(&folder.join(name)))?;
         if folder.is_dir() && !folder.join(mark).exists() {
             if let Some(name) = names.iter().find(|name| folder.join(name).exists()) {
                 let cause =

@@ -18,3 +18,8 @@ pub fn say() {
 pub fn print_above(bar: Option<ProgressBar>) {
     *BAR.lock().unwrap_or_else(PoisonError::into_inner) = bar;
 }
+
+/// Says that a picture is left out, and why.
+pub fn left_out(error: &monorange_formats::Error) {
+    eprintln!("warning: left out: {}", error.in_one_line());
+}

@@ -128,11 +128,13 @@ fn fitted(chosen: &[Parameter], all: Fitted) -> Fitted {
 }
 
 fn from_points(arguments: &Arguments, rig: &Rig, path: &Path) -> Result<Calibration> {
-    let points = known_points(path)?;
-    let seen = points
+    let points = known_points(path, rig)?;
+    let seen: Vec<_> = points
         .iter()
-        .filter_map(|point| Some((point.range_bearing.x, rig.finder.sight(point.pixel).ok()?.range)));
-    plausibility::check_known_ranges(seen).map_err(|error| error.at(path))?;
+        .filter_map(|point| Some((point.range_bearing, rig.finder.sight(point.pixel).ok()?)))
+        .collect();
+    let ranges = seen.iter().map(|(known, sighting)| (known.x, sighting.range));
+    plausibility::check_known_ranges(ranges).map_err(|error| error.at(path))?;
     if let Some((place, point)) =
         points.iter().enumerate().find(|(_, point)| point.range_bearing.y.abs() > std::f64::consts::PI)
     {
@@ -142,6 +144,8 @@ fn from_points(arguments: &Arguments, rig: &Rig, path: &Path) -> Result<Calibrat
             .at(path)
             .help(format!("bearings are radians: divide degrees by 57.29578 (point {})", place + 1)));
     }
+    let bearings: Vec<_> = seen.iter().map(|(known, sighting)| (known.y, sighting.bearing)).collect();
+    plausibility::check_known_bearings(&bearings).map_err(|error| error.at(path))?;
     let noise = PointNoise {
         pixel_std_px: arguments.pixel_std,
         range_std_share: arguments.range_std / 100.0,
@@ -155,7 +159,7 @@ fn from_points(arguments: &Arguments, rig: &Rig, path: &Path) -> Result<Calibrat
 }
 
 /// The points of a table, by range and bearing or by place.
-fn known_points(path: &Path) -> Result<Vec<KnownPoint>> {
+fn known_points(path: &Path, rig: &Rig) -> Result<Vec<KnownPoint>> {
     let table = Table::read(path)?;
     let by_place = table.has("x") && !table.has("range");
     let rows = table.numbers(if by_place { ["u", "v", "x", "y"] } else { ["u", "v", "range", "bearing"] })?;
@@ -168,6 +172,23 @@ fn known_points(path: &Path) -> Result<Vec<KnownPoint>> {
         }
     };
     let points: Vec<_> = rows.into_iter().map(known).collect();
+    if points.is_empty() {
+        return Err(Error::new("holds no point")
+            .at(path)
+            .help("give `u,v,range,bearing` or `u,v,x,y` a line, near and far, left and right"));
+    }
+    let camera = rig.finder.camera();
+    let [width, height] = [camera.width(), camera.height()].map(|size| size as f64);
+    let outside = |pixel: &Vector2<f64>| {
+        let inside = |place: f64, size: f64| (-0.5..=size - 0.5).contains(&place);
+        !(inside(pixel.x, width) && inside(pixel.y, height))
+    };
+    if let Some((point, line)) = points.iter().zip(table.lines()).find(|(point, _)| outside(&point.pixel)) {
+        let (u, v) = (point.pixel.x, point.pixel.y);
+        return Err(Error::new(format!("the pixel ({u}, {v}) is not in the picture of {width}×{height}"))
+            .at_line(path, line)
+            .help("give pixels of pictures of the rig's size"));
+    }
     match points.iter().zip(table.lines()).find(|(point, _)| point.range_bearing.x <= 0.0) {
         Some((_, line)) => Err(Error::new("the range is not above 0")
             .at_line(path, line)

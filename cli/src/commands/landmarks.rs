@@ -1,9 +1,6 @@
 //! `landmarks`: pictures → floor corners, with an overlay to look at.
 use super::rig_file::RigFile;
-use crate::{
-    commands::progress,
-    outputs::{Outputs, to_file_or_stdout},
-};
+use crate::{commands::progress, outputs::to_file_or_stdout, overlays::Overlays};
 use clap::Args;
 use monorange_core::{
     geometry::Sighting,
@@ -17,7 +14,7 @@ use monorange_formats::{
 };
 use nalgebra::Matrix2;
 use std::{
-    collections::{BTreeMap, HashSet},
+    collections::BTreeMap,
     fmt::Write as _,
     path::{Path, PathBuf},
 };
@@ -67,8 +64,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     for image in &images {
         pictures::check_size(image, camera.width(), camera.height())?;
     }
-    let mut outputs = arguments.overlay.as_deref().map(Outputs::into_folder).transpose()?;
-    let mut names = HashSet::new();
+    let mut outputs = arguments.overlay.as_deref().map(Overlays::into_folder).transpose()?;
     let mut table =
         "image,u,v,var_u,cov_uv,var_v,range,bearing,var_range,cov_range_bearing,var_bearing,probability\n"
             .to_owned();
@@ -79,7 +75,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         let picture = match Picture::read(image) {
             Ok(picture) => picture,
             Err(error) => {
-                bar.suspend(|| eprintln!("warning: left out: {}", error.in_one_line()));
+                bar.suspend(|| crate::warnings::left_out(&error));
                 continue;
             }
         };
@@ -99,14 +95,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         crowded += usize::from(edge_points + lines + proposals + corners > 0);
         if let Some(outputs) = &mut outputs {
             let png = overlay(&rig, &extraction, &extractor, &picture, image)?;
-            let name = overlay_name(image, &mut names);
-            let there = arguments.overlay.iter().map(|folder| folder.join(&name)).find(|path| path.exists());
-            if let Some(path) = there.filter(|path| !is_overlay(path)) {
-                let error =
-                    Error::new("is a picture that this command did not draw, and would be written over");
-                return Err(error.at(path).help("name another folder with --overlay"));
-            }
-            outputs.write(&name, |out| out.write_all(&marked(&png)))?;
+            outputs.write(image, &png)?;
         }
     }
     bar.finish_and_clear();
@@ -227,33 +216,4 @@ fn overlay(
     let name = image.file_name().unwrap_or_default().to_string_lossy();
     let count = marks.len();
     overlay.finish(&format!("{name}   {count} floor corner{}", if count == 1 { "" } else { "s" })).png()
-}
-
-/// The text chunk by which an overlay of an earlier run is known, as it may be written over.
-const MARK: &[u8] = b"tEXtSoftware\0monorange landmarks";
-
-/// A PNG with [`MARK`] behind its first chunk, which has a fixed size.
-fn marked(png: &[u8]) -> Vec<u8> {
-    const HEAD: usize = 8 + 25;
-    let Some((head, rest)) = png.split_at_checked(HEAD) else { return png.to_vec() };
-    let length = (MARK.len() as u32 - 4).to_be_bytes();
-    let sum = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(MARK).to_be_bytes();
-    [head, &length, MARK, &sum, rest].concat()
-}
-
-fn is_overlay(path: &Path) -> bool {
-    use std::io::Read;
-    let mut begin = Vec::new();
-    let read = std::fs::File::open(path).and_then(|file| file.take(128).read_to_end(&mut begin));
-    read.is_ok() && begin.windows(MARK.len()).any(|bytes| bytes == MARK)
-}
-
-/// The overlay's name: the picture's, numbered where two pictures of different folders share one.
-fn overlay_name(image: &Path, taken: &mut HashSet<String>) -> String {
-    let stem = image.file_stem().unwrap_or_default().to_string_lossy();
-    let numbered =
-        (1..).map(|number| if number == 1 { format!("{stem}.png") } else { format!("{stem}-{number}.png") });
-    let name = numbered.into_iter().find(|name| !taken.contains(name)).unwrap_or_default();
-    taken.insert(name.clone());
-    name
 }

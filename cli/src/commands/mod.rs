@@ -16,7 +16,7 @@ pub mod simulate;
 pub mod slam;
 pub mod slam_log;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use monorange_formats::Result;
 
 /// One calibrated camera on a robot as a range finder, and its pictures as a map.
@@ -28,6 +28,19 @@ use monorange_formats::Result;
 pub struct Cli {
     #[command(subcommand)]
     command: Command,
+}
+
+impl Cli {
+    /// The command line, in which a value may begin with a minus: it is a number to be judged, not an unknown flag.
+    pub fn of_arguments() -> Self {
+        let command = Self::command().mut_subcommands(|command| {
+            command.mut_args(|arg| {
+                let takes_a_value = arg.get_action().takes_values() && !arg.is_positional();
+                arg.allow_negative_numbers(takes_a_value)
+            })
+        });
+        Self::from_arg_matches(&command.get_matches()).unwrap_or_else(|error| error.exit())
+    }
 }
 
 #[derive(Debug, Subcommand)]

@@ -6,6 +6,7 @@ use monorange_core::geometry::NoFloor;
 use monorange_formats::{
     Result,
     files::{STANDARD_INPUT, Table, read_standard_input},
+    plausibility,
 };
 use nalgebra::Vector2;
 use std::path::{Path, PathBuf};
@@ -44,6 +45,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         None => Table::parse(Path::new(STANDARD_INPUT), &read_standard_input()?)?,
     };
     let pixels = table.numbers(["u", "v"])?;
+    plausibility::check_pixels(table.path(), &pixels, rig.finder.camera());
     to_file_or_stdout(arguments.out.as_deref(), |out| {
         writeln!(out, "u,v,range,bearing,var_range,cov_range_bearing,var_bearing,x,y,status")?;
         for [u, v] in pixels {

@@ -86,14 +86,20 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         sections.push(archetype::section()?);
     }
     spinner.finish_and_clear();
-    let mut outputs = Outputs::of_a_run(&arguments.out, &[], "reproduce.html")?;
+    let tables = sections.iter().flat_map(|section| {
+        section
+            .tables
+            .iter()
+            .enumerate()
+            .map(|(index, table)| (format!("{}-{}.csv", section.name, index + 1), table))
+    });
+    let tables: Vec<_> = tables.collect();
+    let names: Vec<_> = tables.iter().map(|(name, _)| name.as_str()).chain(["reproduce.html"]).collect();
+    let mut outputs = Outputs::of_a_run(&arguments.out, &names, "reproduce.html")?;
     let command = std::env::args().collect::<Vec<_>>().join(" ");
     outputs.write("reproduce.html", |out| out.write_all(reproduce::page(&sections, &command).as_bytes()))?;
-    for section in &sections {
-        for (index, table) in section.tables.iter().enumerate() {
-            let name = format!("{}-{}.csv", section.name, index + 1);
-            outputs.write(&name, |out| out.write_all(table.csv().as_bytes()))?;
-        }
+    for (name, table) in &tables {
+        outputs.write(name, |out| out.write_all(table.csv().as_bytes()))?;
     }
     outputs.commit()?;
     to_file_or_stdout(None, |to| {

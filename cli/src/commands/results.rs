@@ -1,5 +1,6 @@
 //! What `slam` and `slam-log` give: the same files, and the same lines.
 use crate::outputs::{Outputs, to_file_or_stdout};
+use monorange_core::slam::Verdict;
 use monorange_formats::{
     Error, Result,
     report::{OUTPUTS, Run},
@@ -18,6 +19,9 @@ pub(super) fn no_common_pose(start: f64) -> Error {
 
 /// Writes trajectory, map, observations and reports, with what there is to warn of.
 pub(super) fn write(outputs: &mut Outputs, run: &mut Run) -> Result<()> {
+    if run.map.is_empty() && run.verdict == Verdict::Consistent {
+        run.verdict = Verdict::Unchecked; // candidates alone confirm nothing
+    }
     run.warn();
     crate::warnings::say();
     run.warnings = warnings::all();
@@ -74,7 +78,9 @@ fn lines(out: &mut String, run: &Run, folder: &Path) -> fmt::Result {
             writeln!(out, "  NEES/3     {mean:.2} (1 is right), {inside:.1} % of the poses inside 3σ")?;
         }
     }
-    if let Some(map) = &run.map_errors {
+    if let Some(map) = run.map_errors.as_ref().filter(|map| map.matched == 0) {
+        writeln!(out, "  map error  none: 0 of {} landmarks could be compared", map.truth)?;
+    } else if let Some(map) = &run.map_errors {
         let [raw, aligned] = [map.position.rms, map.aligned_position.rms];
         let (matched, truth) = (map.matched, map.truth);
         writeln!(out, "  map error  {raw:.3} m rms, {aligned:.3} m aligned, {matched} of {truth} landmarks")?;

@@ -2,7 +2,8 @@
 use super::rig_file::RigFile;
 use crate::{
     commands::progress,
-    outputs::{Outputs, to_file_or_stdout},
+    outputs::to_file_or_stdout,
+    overlays::Overlays,
     sequence::{Sequence, SequenceFiles},
 };
 use clap::Args;
@@ -78,17 +79,24 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         ..ScanConfig::default()
     };
     let mut scanner = scanner(&rig, config)?;
-    let mut outputs = arguments.overlay.as_deref().map(Outputs::into_folder).transpose()?;
+    let mut outputs = arguments.overlay.as_deref().map(Overlays::into_folder).transpose()?;
     let mut table = "t,bearing,free,range,var_range,kind\n".to_owned();
     let bar = progress::bar(sequence.images.len(), "pictures");
-    let mut before: Option<f64> = None;
+    let (mut before, mut read): (Option<f64>, usize) = (None, 0);
     for (image, time) in sequence.images.iter().zip(&sequence.times) {
         bar.inc(1);
         if let Some(before) = before {
             travel(&mut scanner, sequence.odometry.as_ref(), before, *time);
         }
         before = Some(*time);
-        let picture = image.read()?;
+        let picture = match image.read() {
+            Ok(picture) => picture,
+            Err(error) => {
+                bar.suspend(|| crate::warnings::left_out(&error));
+                continue;
+            }
+        };
+        read += 1;
         let readings = scanner.scan(picture.grey()?).map_err(|error| Error::new(error).at(image.name()))?;
         readings.iter().for_each(|reading| row(&mut table, *time, reading));
         if let Some(outputs) = &mut outputs {
@@ -99,10 +107,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             let free = readings.iter().filter(|reading| reading.kind != Kind::Unknown).count();
             let title = format!("{name}   {free} of {} beams end somewhere", readings.len());
             let png = overlay.finish(&title).png()?;
-            outputs.write(&format!("{name}.png"), |out| out.write_all(&png))?;
+            outputs.write(image.name(), &png)?;
         }
     }
     bar.finish_and_clear();
+    if read == 0 {
+        return Err(Error::new("none of the pictures could be read").help("give PNG, JPEG or PNM pictures"));
+    }
     if let Some(outputs) = outputs {
         outputs.commit()?;
     }

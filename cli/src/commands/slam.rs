@@ -282,7 +282,7 @@ impl<'a> Drive<'a> {
                     self.frame(frame, *time, &picture, read_ms).map_err(|error| error.at(image.name()))?;
                 }
                 Err(error) => {
-                    bar.suspend(|| eprintln!("warning: left out: {}", error.in_one_line()));
+                    bar.suspend(|| crate::warnings::left_out(&error));
                     let first_line = error.to_string().lines().next().unwrap_or_default().to_owned();
                     self.run.left_out.push(first_line);
                 }

@@ -14,6 +14,7 @@ use monorange_formats::{
     Error, Result,
     evaluation::{Align, Alignment, MAX_TRUTH_GAP, MapPairing, Truth, map_errors, trajectory_errors},
     files::{self, MapPoint, Odometry, in_words},
+    plausibility,
     report::{OUTPUTS, Observation, Run, SettingLine, Setup, Subject},
     sensor_log::{self, Association, Dataset, LogResult, ObservationRow, Recording, SensorLog, Settings},
 };
@@ -213,6 +214,8 @@ impl Arguments {
                 let sightings = sensor_log::read_sightings(path)?;
                 let times: Vec<_> = sightings.iter().map(|sighting| sighting.time).collect();
                 odometry.check_cover(odometry_path, &times)?;
+                plausibility::check_ranges_by_way(path, &sightings, |from, to| odometry.way(from, to));
+                plausibility::check_bearings_by_turns(path, &sightings, |from, to| odometry.step(from, to));
                 let log = SensorLog { odometry, sightings };
                 Recording { log, truth: Vec::new(), true_map: Vec::new() }
             }

@@ -141,6 +141,35 @@ const KINDS: &[Kind] = &[
         ],
     },
     Kind {
+        name: "times.txt",
+        sound: "0\n0.5\n1\n",
+        command: "scan --rig rig.toml --frames frames --times times.txt --beams 5",
+        damages: &[
+            ("0.5", "0,5", &["line 2", "decimal comma"]),
+            ("0.5", "nan", &["line 2", "`nan`"]),
+            ("0.5", "half", &["line 2", "`half`"]),
+            ("0.5", "0", &["line 2", "same as the line before's"]),
+            ("0.5\n1", "1\n0.5", &["line 3", "before the line before's"]),
+            ("0.5\n1", "5e8\n10e8", &["nanoseconds"]),
+            ("0\n0.5\n1", "0 0\n1 0.5\n2 1", &["line 1", "frame's number"]),
+            ("0.5\n", "", &["2 times for 3 pictures"]),
+            ("0.5", "0.5 3.png", &["names no picture at 0 s"]),
+            ("0\n0.5\n1", "0 0.png\n0.5 3.png\n1 2.png", &["`3.png`, which is not in"]),
+        ],
+    },
+    Kind {
+        name: "points.csv",
+        sound: "u,v,range,bearing\n60,200,0.88,0.26\n250,195,0.92,-0.30\n60,150,1.33,0.25\n240,140,1.48,-0.26\n",
+        command: "calibrate-mount --rig rig.toml --points points.csv --fit tilt,height",
+        damages: &[
+            ("range", "distance", &["lacks the column `range`"]),
+            ("0.92", "-0.92", &["line 3", "not above 0"]),
+            ("0.92", "nan", &["line 3", "`range` is `nan`"]),
+            ("250,195", "2500,195", &["line 3", "not in the picture"]),
+            ("-0.30", "-15", &["degrees"]),
+        ],
+    },
+    Kind {
         name: "map.csv",
         sound: "id,x,y\n1,2,3\n2,3,4\n",
         command: "evaluate --truth sound.tum --estimate sound.tum --map map.csv --true-map map.csv",
@@ -153,10 +182,48 @@ const KINDS: &[Kind] = &[
     },
 ];
 
+const MRCLAM: &[Kind] = &[
+    Kind {
+        name: "log/Robot1_Odometry.dat",
+        sound: "0 1 0\n0.5 1 0\n1 1 0\n1.5 1 0\n",
+        command: "slam-log --dataset mrclam --from log --out out",
+        damages: &[
+            ("0.5 1 0", "0.5 1", &["line 2", "is not 3 finite numbers"]),
+            ("0.5 1 0", "0.5 nan 0", &["line 2", "is not 3 finite numbers"]),
+            ("0.5 1 0\n1 1 0\n1.5", "5e8 1 0\n10e8 1 0\n15e8", &["nanoseconds"]),
+        ],
+    },
+    Kind {
+        name: "log/Robot1_Measurement.dat",
+        sound: "0.5 72 2 0.1\n1 72 1.5 0.1\n",
+        command: "slam-log --dataset mrclam --from log --out out",
+        damages: &[
+            ("1 72 1.5", "1 72,5 1.5", &["line 2", "is not 4 finite numbers"]),
+            ("1 72 1.5", "1 72.5 1.5", &["line 2", "is 72.5", "whole"]),
+            ("1 72 1.5", "1 72 -1.5", &["line 2", "the range is -1.5"]),
+            ("1.5 0.1", "1.5 45", &["line 2", "degrees"]),
+        ],
+    },
+];
+
+fn kinds() -> impl Iterator<Item = &'static Kind> {
+    KINDS.iter().chain(MRCLAM)
+}
+
 fn folder() -> Folder {
     let folder = Folder::new();
     folder.write("file-rig.toml", CAMERA_RIG).write("sound.tum", TUM);
-    for kind in KINDS {
+    for name in ["0.png", "1.png", "2.png"] {
+        folder.write(&format!("frames/{name}"), "");
+        image::GrayImage::from_pixel(320, 240, image::Luma([90]))
+            .save(folder.path(&format!("frames/{name}")))
+            .unwrap();
+    }
+    folder
+        .write("log/Barcodes.dat", "6 72\n")
+        .write("log/Landmark_Groundtruth.dat", "6 2 0 0 0\n")
+        .write("log/Robot1_Groundtruth.dat", "0 0 0 0\n0.5 0.5 0 0\n1 1 0 0\n1.5 1.5 0 0\n");
+    for kind in kinds() {
         folder.write(kind.name, kind.sound);
     }
     folder
@@ -172,12 +239,13 @@ fn answers(folder: &Folder, kind: &Kind, content: impl AsRef<[u8]>, words: &[&st
 #[test]
 fn every_damage_is_answered_with_the_file_the_place_and_what_to_do() {
     let folder = folder();
-    for kind in KINDS {
+    for kind in kinds() {
         folder.run(kind.command).success();
         let _ = std::fs::remove_dir_all(folder.path("out"));
         let empty: &[&str] = match kind.name {
             "rig.toml" => &["is missing"],
             "truth.tum" => &["holds no pose"],
+            "times.txt" => &["0 times for 3 pictures"],
             _ => &["is empty"],
         };
         answers(&folder, kind, "", empty);
@@ -197,7 +265,7 @@ fn every_damage_is_answered_with_the_file_the_place_and_what_to_do() {
 #[test]
 fn what_does_no_damage_is_read() {
     let folder = folder();
-    for kind in KINDS {
+    for kind in kinds() {
         for content in [
             format!("\u{feff}{}", kind.sound),
             kind.sound.replace('\n', "\r\n"),
@@ -215,7 +283,7 @@ fn what_does_no_damage_is_read() {
 #[test]
 fn a_file_that_is_cut_anywhere_is_read_or_refused_by_name() {
     let folder = folder();
-    for kind in KINDS {
+    for kind in kinds() {
         for length in (0..kind.sound.len()).step_by(17) {
             folder.write(kind.name, &kind.sound[..length]);
             let outcome = folder.run(kind.command);

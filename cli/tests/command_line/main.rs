@@ -18,3 +18,4 @@ mod scan;
 mod simulate;
 mod slam;
 mod slam_log;
+mod units;

@@ -17,6 +17,7 @@ fn inputs() -> Folder {
         .write("rig.toml", format!("camera_info = \"camera.yaml\"\n[mount]{rig}"))
         .write("pixels.csv", "u,v\n160,200\n")
         .write("points.csv", POINTS)
+        .write("one.txt", "0\n")
         .write("map.csv", "id,x,y\n1,2,3\n")
         .write("measured.csv", "t,range,bearing,id\n0.6,2,0.1,1\n1.2,1.9,0.1,1\n");
     folder
@@ -41,15 +42,39 @@ const TO_A_FILE: &[(&str, &[&str])] = &[
         "calibrate-mount --rig rig.toml --points points.csv --fit tilt --out OUT",
         &["points.csv", "camera.yaml", "rig.toml"],
     ),
+    (
+        "scan --rig rig.toml --frames sim/frames --odometry sim/odometry.csv --out OUT",
+        &["rig.toml", "camera.yaml", "sim/times.txt", "sim/odometry.csv", "sim/frames/000003.png"],
+    ),
+    (
+        "slam --rig rig.toml --frames sim/frames --odometry sim/odometry.csv --truth sim/truth.tum --out new --mcap OUT",
+        &["rig.toml", "sim/times.txt", "sim/truth.tum", "sim/laser.csv", "sim/landmarks.csv"],
+    ),
 ];
 
 /// Commands that write into a folder, `OUT`, with a name that they write there and what it may replace.
 const TO_A_FOLDER: &[(&str, &str, &str)] = &[
     ("landmarks --rig rig.toml sim/frames --overlay OUT", "000002.png", "sim/frames/000002.png"),
     (
+        "scan --rig rig.toml --times one.txt --frames sim/frames --overlay OUT",
+        "000002.png",
+        "sim/frames/000002.png",
+    ),
+    (
         "slam --rig rig.toml --frames sim/frames --odometry sim/odometry.csv --truth IN --out OUT",
         "trajectory.tum",
         "sim/truth.tum",
+    ),
+    // A device that is not there: what would be written over is refused before it is asked for.
+    (
+        "feed --rig rig.toml --frames sim/frames --odometry sim/odometry.csv --truth IN --unix nowhere --patience 1 --out OUT",
+        "trajectory.tum",
+        "sim/truth.tum",
+    ),
+    (
+        "feed --rig rig.toml --frames sim/frames --odometry IN --unix nowhere --patience 1 --out OUT",
+        "map.csv",
+        "sim/odometry.csv",
     ),
     ("slam-log --odometry sim/odometry.csv --measurements IN --out OUT", "observations.csv", "measured.csv"),
     (
@@ -140,6 +165,27 @@ fn what_no_run_wrote_is_not_written_over() {
     folder.write("file", "x");
     folder.fails(&run.replace("--out d", "--out file"), &["file: is there and is not a folder"]);
     folder.fails(&run.replace("--out d", "--out file/deeper"), &["file: is there and is not a folder"]);
+}
+
+#[test]
+fn a_command_without_inputs_writes_over_nothing_either() {
+    let folder = inputs();
+    let before = folder.read("sim/truth.tum");
+    folder.fails("simulate --scene corridor --frames 2 --out sim", &["sim: is there already", "help:"]);
+    folder.fails(
+        "simulate --scene corridor --frames 2 --out rig.toml",
+        &["rig.toml: is there already", "help:"],
+    );
+    assert_eq!(folder.read("sim/truth.tum"), before);
+    folder.write("paper/table2-1.csv", "precious\n");
+    folder.fails("reproduce table2 --out paper", &["paper: holds a file `table2-1.csv`", "help:"]);
+    assert_eq!(folder.read("paper/table2-1.csv"), "precious\n");
+    // Overlays of scan, as those of landmarks, replace no picture that is none.
+    let overlay = "scan --rig rig.toml --frames sim/frames --overlay drawn --out scan.csv";
+    folder.run(overlay).success();
+    folder.run(overlay).success();
+    folder.write("drawn/000004.png", fs::read(folder.path("sim/frames/000001.png")).unwrap());
+    folder.fails(overlay, &["drawn/000004.png", "did not draw"]);
 }
 
 #[cfg(unix)]

@@ -1,5 +1,5 @@
 use super::{Align, Alignment, Spread};
-use crate::files::MapPoint;
+use crate::{Error, files::MapPoint, plausibility};
 use nalgebra::Vector2;
 use serde::Serialize;
 
@@ -34,7 +34,7 @@ pub enum MapPairing {
     Names,
 }
 
-/// The errors of an estimated map, moved by the alignment of its trajectory.
+/// The errors of an estimated map, moved by the alignment of its trajectory. A warning says where nothing was compared.
 pub fn map_errors(
     estimate: &[MapPoint],
     truth: &[MapPoint],
@@ -49,6 +49,20 @@ pub fn map_errors(
     let points: Vec<(Vector2<f64>, Vector2<f64>)> =
         pairs.iter().map(|&(i, j)| (moved[i], truth[j].position)).collect();
     let own = Alignment::fit(Align::Se2, &points);
+    if pairs.is_empty() && !estimate.is_empty() && !truth.is_empty() {
+        let (all, others) = (estimate.len(), truth.len());
+        let cause = format!(
+            "none of the map's {all} landmarks is one of the {others} true ones: its errors say nothing"
+        );
+        Error::new(cause)
+            .help(match pairing {
+                MapPairing::Names => "give the true landmarks under the names of the measurements",
+                MapPairing::Closest(_) => "check that both are in metres and in one frame",
+            })
+            .warn();
+    } else if alignment.scale == 1.0 {
+        plausibility::check_scale("map", &points);
+    }
     let nees = pairs.iter().filter_map(|&(i, j)| {
         let covariance = alignment.covariance(&estimate[i].covariance?);
         let error = moved[i] - truth[j].position;

@@ -1,4 +1,5 @@
 use super::{Align, Alignment, Pair};
+use crate::plausibility;
 use monorange_core::geometry::{Pose, wrap_angle};
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 use serde::Serialize;
@@ -101,6 +102,9 @@ pub fn trajectory_errors(pairs: &[Pair], align: Align, delta: f64) -> Trajectory
     let points: Vec<_> =
         pairs.iter().map(|pair| (pair.estimate.pose.position(), pair.truth.position())).collect();
     let alignment = Alignment::fit(align, &points);
+    if align != Align::Sim2 {
+        plausibility::check_scale("path", &points);
+    }
     let aligned: Vec<_> =
         pairs.iter().map(|pair| (alignment.pose(&pair.estimate.pose), pair.truth)).collect();
     let travelled = travelled(&aligned);

@@ -89,6 +89,7 @@ impl Odometry {
 
     fn from_speeds(table: &Table) -> Result<Self> {
         let rows = table.numbers(["t", "v", "omega"])?;
+        check_readings(table, &rows, ["v", "omega"])?;
         let rows = in_order(table, rows, |last, row| *last = row)?;
         let [.., [before, ..], [last, ..]] = rows.as_slice() else {
             return Ok(Self { spans: Vec::new(), end: 0.0 });
@@ -120,6 +121,7 @@ impl Odometry {
 
     fn from_increments(table: &Table) -> Result<Self> {
         let mut rows = table.numbers(["t", "dx", "dy", "dtheta"])?;
+        check_readings(table, &rows, ["dx", "dy"])?;
         let mut wrapped = Vec::new();
         for (row, line) in rows.iter_mut().zip(table.lines()) {
             let (turn, was) =
@@ -173,6 +175,20 @@ impl Odometry {
         Err(Error::new(cause).at(path).help("give odometry for the whole sequence, on the frames' clock"))
     }
 
+    /// The length of the way from one time to a later one, m.
+    pub fn way(&self, from: f64, to: f64) -> f64 {
+        self.between(from, to).iter().map(|span| span.velocity.norm() * span.duration).sum()
+    }
+
+    /// (forward, left) and turn from one time to a later one, in the frame of the first.
+    pub fn step(&self, from: f64, to: f64) -> (Vector2<f64>, f64) {
+        self.between(from, to).iter().fold((Vector2::zeros(), 0.0), |(way, turn), span| {
+            let (step, more) = span.step();
+            let (sin, cos) = libm::sincos(turn);
+            (way + Matrix2::new(cos, -sin, sin, cos) * step, turn + more)
+        })
+    }
+
     /// The motions from one time to a later one, cut at both ends.
     pub fn between(&self, from: f64, to: f64) -> Vec<Control> {
         let first = self.spans.partition_point(|(start, span)| start + span.duration <= from);
@@ -183,6 +199,16 @@ impl Odometry {
         let begun = self.spans.iter().skip(first).take_while(|(start, _)| *start < to);
         begun.map(cut).filter(|span| span.duration > 0.0).collect()
     }
+}
+
+/// Fails at the first line whose columns behind the time hold what nothing drives.
+fn check_readings<const N: usize>(table: &Table, rows: &[[f64; N]], names: [&str; 2]) -> Result<()> {
+    for (row, line) in rows.iter().zip(table.lines()) {
+        for (name, number) in names.into_iter().zip(row.iter().skip(1)) {
+            plausibility::check_reading(name, *number).map_err(|error| error.at_line(table.path(), line))?;
+        }
+    }
+    Ok(())
 }
 
 /// The rows on a clock of seconds, those of one time as one.

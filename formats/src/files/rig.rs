@@ -307,6 +307,12 @@ fn intrinsics(section: &Section<'_>) -> Result<Intrinsics> {
     let lens = match section.string("lens")? {
         None | Some("plumb_bob" | "rational_polynomial") => {
             let coefficients = section.numbers("distortion", &[4, 5, 8])?;
+            if coefficients.is_none() {
+                section
+                    .error("", "`camera.distortion` is missing: the lens is taken to bend nothing".to_owned())
+                    .help("write distortion = [0, 0, 0, 0, 0] if the pictures are undistorted")
+                    .warn();
+            }
             coefficients.and_then(|k| Lens::from_polynomial(&k)).unwrap_or_default()
         }
         Some("equidistant") => {

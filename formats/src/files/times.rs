@@ -49,6 +49,7 @@ pub fn read_frame_list(path: &Path) -> Result<Vec<(f64, Option<String>)>> {
         times.push((time, line));
         names.push(name.filter(|_| seconds_of_date(content).is_none()).map(str::to_owned));
     }
+    check_not_numbered(path, &times, &names)?;
     let unit = plausibility::seconds_of_clock(path, times.iter().map(|(time, _)| *time));
     for (time, _) in &mut times {
         *time /= unit;
@@ -57,6 +58,21 @@ pub fn read_frame_list(path: &Path) -> Result<Vec<(f64, Option<String>)>> {
     let seconds: Vec<_> = times.iter().map(|(time, _)| *time).collect();
     plausibility::check_steps(path, &seconds)?;
     Ok(seconds.into_iter().zip(names).collect())
+}
+
+/// Fails when lines hold the frames' numbers before what looks like their times.
+fn check_not_numbered(path: &Path, times: &[(f64, u64)], names: &[Option<String>]) -> Result<()> {
+    let numbers: Option<Vec<f64>> =
+        names.iter().map(|name| name.as_ref().and_then(|name| name.parse().ok())).collect();
+    let counts = |first: f64| (0_u32..).zip(times).all(|(row, (time, _))| *time == first + f64::from(row));
+    match (numbers, times) {
+        (Some(seconds), [(_, line), _, ..]) if counts(0.0) || counts(1.0) => {
+            let cause = format!("holds the frame's number and {:?}: two numbers a line", seconds[0]);
+            let help = "write one time in seconds a line, without the number before it";
+            Err(Error::new(cause).at_line(path, *line).help(help))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Seconds since 1970 of a date as KITTI's raw recordings have it, `2011-09-26 13:02:25.964389445`.
@@ -97,9 +113,12 @@ mod tests {
         assert_eq!(read("0.0\r\n1.03e-01\r\n").unwrap()[1].0, 0.103);
         let dates = read("2011-09-26 13:02:25.5\n2011-09-26 13:02:26.5\n").unwrap();
         assert_eq!((dates[0].0, &dates[0].1), (1_317_042_145.5, &None));
-        for (text, word) in
-            [("0\n0,5\n", "decimal comma"), ("0\nx\n", "line 2"), ("0\n6e8\n12e8\n", "nanoseconds")]
-        {
+        for (text, word) in [
+            ("0\n0,5\n", "decimal comma"),
+            ("0\nx\n", "line 2"),
+            ("0\n6e8\n12e8\n", "nanoseconds"),
+            ("0 0.0\n1 0.6\n", "frame's number"),
+        ] {
             let error = read(text).unwrap_err().to_string();
             assert!(error.contains(word), "{error}");
         }

@@ -53,7 +53,7 @@ pub fn read_trajectory(path: &Path) -> Result<Vec<Stamped>> {
 fn in_order(path: &Path, mut poses: Vec<(Stamped, u64)>) -> Result<Vec<Stamped>> {
     let unit = plausibility::seconds_of_clock(path, poses.iter().map(|(stamped, _)| stamped.time));
     let mut trajectory: Vec<Stamped> = Vec::with_capacity(poses.len());
-    let mut equal = Vec::new();
+    let (mut equal, mut steps) = (Vec::new(), Vec::new());
     for (stamped, line) in &mut poses {
         stamped.time /= unit;
         match trajectory.last() {
@@ -62,9 +62,16 @@ fn in_order(path: &Path, mut poses: Vec<(Stamped, u64)>) -> Result<Vec<Stamped>>
                 return Err(Error::new(cause).at_line(path, *line).help("sort the lines by time"));
             }
             Some(last) if stamped.time == last.time => equal.push(*line),
-            _ => trajectory.push(*stamped),
+            last => {
+                if let Some(last) = last {
+                    let way = (stamped.pose.position() - last.pose.position()).norm();
+                    steps.push((*line, way, stamped.time - last.time));
+                }
+                trajectory.push(*stamped);
+            }
         }
     }
+    plausibility::check_jumps(path, steps);
     if let Some(first) = equal.first() {
         let cause = format!("{} poses have the time of the line before", equal.len());
         Error::new(cause).at_line(path, *first).help("the first of each is kept").warn();

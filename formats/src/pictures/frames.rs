@@ -1,10 +1,6 @@
 //! Where a drive's pictures are, and when they were taken.
 use super::in_folder;
-use crate::{
-    Error, Result,
-    files::{read_frame_list, read_times},
-    plausibility,
-};
+use crate::{Error, Result, files::read_frame_list, plausibility};
 use std::path::{Path, PathBuf};
 
 /// The pictures of a drive with their times.
@@ -43,12 +39,51 @@ pub fn frames(folder: &Path, times: Option<&Path>) -> Result<Frames> {
         })?;
         return Ok(Frames { images, times, folder });
     };
-    let times = read_times(&path)?;
+    let list = read_frame_list(&path)?;
+    if list.iter().any(|(_, name)| name.as_deref().is_some_and(is_picture)) {
+        return named(&folder, &path, &images, list);
+    }
+    let times: Vec<_> = list.into_iter().map(|(time, _)| time).collect();
     if times.len() != images.len() {
         let cause = format!("has {} times for {} pictures", times.len(), images.len());
         return Err(Error::new(cause).at(path).help("give one time for every picture of the folder"));
     }
     Ok(Frames { images, times, folder })
+}
+
+/// The pictures of a folder as a file of times and names says, in its order.
+fn named(folder: &Path, path: &Path, images: &[PathBuf], list: Vec<(f64, Option<String>)>) -> Result<Frames> {
+    let (mut taken, mut times) = (Vec::new(), Vec::new());
+    for (time, name) in list {
+        let Some(name) = name else {
+            return Err(Error::new(format!("names no picture at {time} s, but does in other lines"))
+                .at(path)
+                .help("name every picture as the folder does, or give the times alone"));
+        };
+        // Lists name pictures with or without a folder before them.
+        let file = Path::new(name.trim_matches('"')).file_name();
+        let Some(image) = images.iter().find(|image| file.is_some() && image.file_name() == file) else {
+            return Err(Error::new(format!(
+                "names the picture `{name}`, which is not in {}",
+                folder.display()
+            ))
+            .at(path)
+            .help("name every picture as the folder does, or give the times alone"));
+        };
+        taken.push(image.clone());
+        times.push(time);
+    }
+    if taken.len() < images.len() {
+        let cause = format!("names {} of the {} pictures of the folder", taken.len(), images.len());
+        Error::new(cause).at(path).help("the others are left out").warn();
+    }
+    Ok(Frames { images: taken, times, folder: folder.to_owned() })
+}
+
+/// Whether a name is that of a picture.
+fn is_picture(name: &str) -> bool {
+    let extension = name.trim_matches('"').rsplit_once('.').map(|(_, extension)| extension.to_lowercase());
+    extension.is_some_and(|extension| super::EXTENSIONS.contains(&extension.as_str()))
 }
 
 /// A file of this name beside the folder, if there is one.
@@ -181,6 +216,11 @@ mod tests {
         assert!(frames(&kitti, None).unwrap_err().to_string().contains("no times"));
         fs::write(kitti.join("times.txt"), "0.000000e+00\n1.037359e-01\n").unwrap();
         assert_eq!(frames(&kitti, None).unwrap().times, [0.0, 0.103_735_9]);
+        fs::write(kitti.join("times.txt"), "0 000001.png\n0.1 image_0/000000.png\n").unwrap();
+        assert!(frames(&kitti, None).unwrap().images[0].ends_with("000001.png"), "a list's own order");
+        fs::write(kitti.join("times.txt"), "0 000001.png\n0.1 2.png\n").unwrap();
+        assert!(frames(&kitti, None).unwrap_err().to_string().contains("`2.png`, which is not in"));
+        fs::write(kitti.join("times.txt"), "0.000000e+00\n1.037359e-01\n").unwrap();
         pictures(&kitti.join("image_0"), &["000002.png"]);
         assert!(frames(&kitti, None).unwrap_err().to_string().contains("2 times for 3 pictures"));
         crate::warnings::forget();

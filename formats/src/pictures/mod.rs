@@ -20,6 +20,10 @@ use std::{
 /// What a picture's name ends in.
 const EXTENSIONS: [&str; 6] = ["png", "jpg", "jpeg", "pgm", "ppm", "pnm"];
 
+/// What pictures end in that are not read: they are said rather than passed over.
+const OTHERS: [&str; 13] =
+    ["bmp", "gif", "tif", "tiff", "webp", "heic", "heif", "avif", "exr", "jp2", "jxl", "dng", "raw"];
+
 /// A decoded picture: 8-bit grey, row-major.
 #[derive(Clone, Debug)]
 pub struct Picture {
@@ -103,13 +107,14 @@ pub fn check_whole(path: &Path, bytes: &[u8]) -> Result<()> {
 /// Warns of a picture that is almost black; `deep`: it has 16 bits a pixel, and bits of a sensor in their lower part leave it so.
 pub fn warn_if_dark(path: &Path, pixels: &[u8], deep: bool) {
     let brightest = pixels.iter().copied().max().unwrap_or_default();
-    // Of 12 bits in 16 the brightest grey is 15 of 255.
-    if brightest > 15 {
-        return;
-    }
-    let cause = "the picture is almost black: no pixel is brighter than 6 % of the range";
-    Error::new(cause).at(path).help(match deep {
-        true => "it looks like 10 or 12 bits in a 16-bit file: write the pictures with values shifted to the top",
+    // Of 12 bits in 16 the brightest grey is 15 of 255, of 14 bits 63.
+    let dark = match brightest {
+        0..=15 => "almost black: no pixel is brighter than 6 %",
+        16..=63 if deep => "dark: no pixel is brighter than 25 %",
+        _ => return,
+    };
+    Error::new(format!("the picture is {dark} of the range")).at(path).help(match deep {
+        true => "it looks like 10, 12 or 14 bits in a 16-bit file: write the pictures with values shifted to the top",
         false => "check the exposure",
     }).warn();
 }
@@ -144,26 +149,42 @@ pub fn check_size(path: &Path, width: usize, height: usize) -> Result<()> {
 }
 
 /// The pictures in a folder, in the natural order of their names (2.png before 10.png; 0.15.png before 0.2.png where
-/// all names are decimal numbers). What is no file is passed over.
+/// all names are decimal numbers). What is no file is passed over; pictures of other formats are, with a warning.
 ///
 /// # Errors
 /// When the folder cannot be read or holds no picture.
 pub fn in_folder(folder: &Path) -> Result<Vec<PathBuf>> {
     let failed = |error: std::io::Error| io_error(&error).at(folder);
-    let mut pictures = Vec::new();
+    let (mut pictures, mut others) = (Vec::new(), Vec::new());
     for entry in fs::read_dir(folder).map_err(failed)? {
         let path = entry.map_err(failed)?.path();
         let hidden = path.file_name().is_none_or(|name| name.to_string_lossy().starts_with('.'));
         let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
-        let named = extension.is_some_and(|extension| EXTENSIONS.contains(&extension.as_str()));
+        let named = |list: &[&str]| extension.as_deref().is_some_and(|extension| list.contains(&extension));
         // A link that leads nowhere stays: reading it will name it.
-        if !hidden && named && !path.is_dir() {
+        if hidden || path.is_dir() {
+            continue;
+        }
+        if named(&EXTENSIONS) {
             pictures.push(path);
+        } else if named(&OTHERS) {
+            others.push(path.file_name().unwrap_or_default().to_string_lossy().into_owned());
         }
     }
+    others.sort();
+    let other = others
+        .first()
+        .map(|first| format!("{} pictures of formats that are not read ({first})", others.len()));
     if pictures.is_empty() {
         let cause = format!("the folder holds no picture ({})", EXTENSIONS.join(", "));
-        return Err(Error::new(cause).at(folder).help("name the folder that the frames are in"));
+        return Err(Error::new(cause).at(folder).help(match other {
+            Some(other) => format!("it holds {other}: convert them to PNG"),
+            None => "name the folder that the frames are in".to_owned(),
+        }));
+    }
+    if let Some(other) = other {
+        let cause = format!("the folder holds {other}");
+        Error::new(cause).at(folder).help("they are left out: convert them to PNG").warn();
     }
     sort_names(&mut pictures, |path| path.file_name().unwrap_or_default().to_string_lossy().into_owned());
     Ok(pictures)

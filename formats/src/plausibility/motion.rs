@@ -1,4 +1,4 @@
-use super::median;
+use super::{median, quantile};
 use crate::{Error, Result};
 use monorange_core::geometry::wrap_angle;
 use std::{f64::consts::PI, path::Path};
@@ -110,6 +110,33 @@ pub fn wrapped_turn(turn: f64) -> Result<(f64, bool)> {
     Ok((if wrapped { wrap_angle(turn) } else { turn }, wrapped))
 }
 
+/// Looks at one number of a line of odometry: a speed, a turn rate, a way.
+///
+/// # Errors
+/// When it is larger than anything that drives or turns has: the filter would have no number for what follows.
+pub fn check_reading(name: &str, number: f64) -> Result<()> {
+    if number.abs() < 1e5 {
+        return Ok(());
+    }
+    let error = Error::new(format!("`{name}` is {number:e}: nothing drives or turns so"));
+    Err(error.help("lengths are metres, angles radians, times seconds; remove the line if it is a fault"))
+}
+
+/// Warns about ways between poses that nothing drives: (line, metres, seconds) of every step.
+pub fn check_jumps(path: &Path, steps: impl IntoIterator<Item = (u64, f64, f64)>) {
+    // 360 km/h, and beyond what a satellite receiver errs by.
+    let jumps: Vec<_> =
+        steps.into_iter().filter(|(_, way, seconds)| *way > 100.0 * seconds && *way > 10.0).collect();
+    if let Some((line, way, seconds)) = jumps.first() {
+        let more = if jumps.len() > 1 { format!(" ({} such steps)", jumps.len()) } else { String::new() };
+        let cause = format!("the pose is {way:.0} m from the line before's, {seconds:.3} s earlier{more}");
+        Error::new(cause)
+            .at_line(path, *line)
+            .help("nothing drives so: remove the line if it is a fault")
+            .warn();
+    }
+}
+
 /// Warns about speeds (m/s) and turn rates (rad/s) that no robot has.
 pub fn check_motion(path: &Path, speeds_and_turns: impl IntoIterator<Item = [f64; 2]>) {
     let (mut speeds, mut turns) = (Vec::new(), Vec::new());
@@ -117,17 +144,26 @@ pub fn check_motion(path: &Path, speeds_and_turns: impl IntoIterator<Item = [f64
         speeds.extend((speed != 0.0).then_some(speed.abs()));
         turns.extend((turn != 0.0).then_some(turn.abs()));
     }
-    if let Some(speed) = median(speeds).filter(|speed| *speed > 60.0) {
+    let fast = speeds
+        .iter()
+        .copied()
+        .filter(|speed| *speed > 100.0)
+        .fold((0, 0.0), |(count, fastest), speed| (count + 1, f64::max(fastest, speed)));
+    let lines = speeds.len();
+    // 54 km/h: a car in a town is not faster in the median, and 0.2 m/s in centimetres are 20.
+    if let Some(speed) = median(speeds).filter(|speed| *speed > 15.0) {
         let cause = format!(
             "the median speed is {speed:.0} m/s: it looks like centimetres or millimetres, or the times are not seconds"
         );
         Error::new(cause).at(path).help("lengths are metres, times seconds").warn();
+    } else if let (count @ 1.., fastest) = fast {
+        let cause = format!("{count} of {lines} speeds are above 100 m/s, up to {fastest:.0} m/s");
+        Error::new(cause).at(path).help("nothing drives so: remove the lines if they are faults").warn();
     }
     // A robot that turns on the spot makes a turn in a second or two.
-    if let Some(turn) = median(turns).filter(|turn| *turn > 2.0 * PI) {
-        let cause = format!(
-            "the median turn rate is {turn:.0} rad/s, more than a turn in a second: it looks like degrees"
-        );
+    if let Some(turn) = quantile(turns, 0.95).filter(|turn| *turn > 2.0 * PI) {
+        let cause =
+            format!("turn rates reach {turn:.0} rad/s, more than a turn in a second: they look like degrees");
         Error::new(cause).at(path).help("angles are radians: divide degrees by 57.29578").warn();
     }
 }

@@ -240,9 +240,28 @@ impl Run {
             let cause = format!("there was no room for a landmark {} times", self.no_room);
             Error::new(cause).help("give a larger --max-landmarks").warn();
         }
-        if measured == 0 && self.frames_used > 5 {
-            Error::new(format!("no {} were found in {} frames", self.subject.long(), self.frames_used))
-                .help("check the mount: `tilt_deg` is degrees downwards, `height` metres")
+        if measured <= 10 && self.map.is_empty() && self.frames_used > 5 {
+            let words = self.subject.long();
+            Error::new(format!(
+                "{measured} {words} were found in {} frames, and no landmark",
+                self.frames_used
+            ))
+            .help(match self.subject {
+                Subject::FloorCorners => "check the mount: `tilt_deg` is degrees downwards, `height` metres",
+                Subject::Measurements => "the trajectory is the odometry's alone",
+            })
+            .warn();
+        }
+        let inside = self.errors.as_ref().and_then(|errors| errors.nees).map(|nees| nees.inside_3_sigma);
+        if let Some(inside) = inside.filter(|inside| *inside < 0.5 && self.verdict == Verdict::Consistent) {
+            let cause = format!("only {:.1} % of the poses are within 3σ of the truth", 100.0 * inside);
+            Error::new(cause)
+                .help("no innovation shows it: check units, signs and frame of the truth, and of odometry and mount")
+                .warn();
+        }
+        if matches!(self.verdict, Verdict::Doubtful | Verdict::Lost) {
+            Error::new(format!("the filter calls its result {}", self.verdict.as_str()))
+                .help("check units and signs of odometry, measurements and mount, and their standard deviations")
                 .warn();
         }
         if self.map.is_empty() && measured > 10 {

@@ -15,6 +15,9 @@ use std::path::Path;
 pub fn read_sightings(path: &Path) -> Result<Vec<LogSighting>> {
     let table = Table::read(path)?;
     let times = table.numbers(["t"])?;
+    if times.is_empty() {
+        return Err(Error::new("holds no measurement").at(path).help("give `t,range,bearing` a line"));
+    }
     let (ranged, seen) = (table.has("range"), table.has("bearing"));
     if !(ranged && seen) {
         table.numbers(["range", "bearing"])?; // its error names the columns that are there
@@ -198,6 +201,9 @@ fn columns<const N: usize>(path: &Path) -> Result<Vec<([f64; N], u64)>> {
     let text = read_text(path)?;
     let lines =
         (1_u64..).zip(text.lines()).filter(|(_, line)| !line.starts_with('#') && !line.trim().is_empty());
+    if lines.clone().next().is_none() {
+        return Err(Error::new("is empty").at(path).help(format!("every line holds {N} numbers")));
+    }
     lines
         .map(|(number, line)| {
             let cells: Vec<f64> = line.split_whitespace().map_while(|cell| cell.parse().ok()).collect();
