@@ -167,16 +167,19 @@ pub fn check_known_bearings(pairs: &[(f64, f64)]) -> Result<()> {
     if as_given < 0.15 || pairs.len() < 3 {
         return Ok(());
     }
-    let others: [(fn(f64) -> f64, &str, &str); 3] = [
-        (f64::to_radians, "they look like degrees", "divide degrees by 57.29578"),
-        (|bearing| -bearing, "they look positive to the right", "bearings are positive to the left, as y is"),
+    let others = [
+        (off(f64::to_radians), "they look like degrees", "divide degrees by 57.29578"),
         (
-            |bearing| PI / 2.0 - bearing,
+            off(|bearing| -bearing),
+            "they look positive to the right",
+            "bearings are positive to the left, as y is",
+        ),
+        (
+            off(|bearing| PI / 2.0 - bearing),
             "x and y look exchanged",
             "x is ahead, y to the left, bearings from x on",
         ),
     ];
-    let others = others.map(|(read, looks, help)| (off(read), looks, help));
     match others.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)) {
         Some((off, looks, help)) if off < 0.25 * as_given => {
             let degrees = as_given.to_degrees();
