@@ -4,6 +4,9 @@ use monorange_core::pipeline;
 use nalgebra::{Matrix2, Vector2};
 use std::path::Path;
 
+/// Times nearer than this are one, s: no clock of a robot is finer, and a way over less would be no speed.
+const ONE_TIME: f64 = 1e-9;
+
 /// A constant motion of the robot over some time, in its own frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Control {
@@ -230,7 +233,7 @@ fn in_order<const N: usize>(
                 let cause = format!("time {} is before the line before's, {}", row[0], last[0]);
                 return Err(Error::new(cause).at_line(path, line).help("sort the lines by time"));
             }
-            Some(last) if row[0] == last[0] => {
+            Some(last) if row[0] - last[0] < ONE_TIME => {
                 equal.push(line);
                 if before != Some(row) {
                     join(last, row);
