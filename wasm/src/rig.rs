@@ -30,14 +30,14 @@ export interface RigInput {
   pixelStd: [number, number];
   mount: Mount;
   mountStd: Mount;
-  /** Those of them that the rig file leaves out: of a mount that was measured by hand. */
-  assumedStd: Partial<Mount>;
   /** The pipeline's settings: a `Configure` message of the co-processor's protocol, or nothing for the default ones. */
   settings: ArrayLike<number>;
 }
 
 /** A rig, and where it came from. */
 export interface Rig extends RigInput {
+  /** The mount's deviations that the rig file leaves out: those of one that was measured by hand. */
+  assumedStd: Partial<Mount>;
   /** Those of them that differ from the default ones, as sections of a rig file. */
   settingsToml: string;
   /** Nobody has calibrated this camera: focal length, centre and lens are supposed. */
