@@ -86,10 +86,16 @@ const PACKAGES: [&str; 6] = [
 ];
 
 /// What would be uploaded to crates.io holds all that it needs: each package is built from its archive, against the archives of
-/// the others.
+/// the others. In a folder of its own, and a new one: outside the workspace nothing is optimised, and the programs that later
+/// stages call must not be replaced by such; and what was built from earlier archives passes for what is in these.
 fn packages() -> Result<()> {
+    let folder = shell::target().join("packages");
+    if folder.exists() {
+        fs::remove_dir_all(&folder)?;
+    }
     let packages = PACKAGES.map(|name| format!("-p {name}")).join(" ");
-    shell::run(&mut shell::cargo(&format!("package --allow-dirty --quiet {packages}")))
+    let package = format!("package --allow-dirty --quiet {packages}");
+    shell::run(shell::cargo(&package).env("CARGO_TARGET_DIR", &folder))
 }
 
 /// The core without a standard library, as a microcontroller and a browser build it.
