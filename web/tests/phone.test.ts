@@ -116,11 +116,16 @@ test('a phone on its side shows picture and set-up beside each other, and the co
   await page.setViewportSize({ width: 844, height: 390 });
   await page.reload();
   await waitForPhase(page, 'empty');
+  await page.evaluate(() => scrollTo(0, 0));
   const bottomOf = (id: string) => page.evaluate((id) => document.querySelector(id)!.getBoundingClientRect().bottom, id);
   const view = await page.locator('#camera-view').boundingBox();
   expect(await bottomOf('#empty')).toBeLessThan(view!.y + view!.height / 3);
   await page.tap('#setup-toggle');
   const field = await page.getByLabel('Height in m').boundingBox();
   expect(field!.y + field!.height).toBeLessThan(390);
+  await expectAccessible(page, 'on its side');
+  // Nothing that can be tapped lies over another such thing, wherever the page is scrolled to.
+  await page.evaluate(() => scrollTo(0, 62));
+  await expectAccessible(page, 'on its side, scrolled');
   expect(await page.evaluate(() => document.documentElement.scrollWidth)).toBeLessThanOrEqual(844);
 });
