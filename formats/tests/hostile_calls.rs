@@ -2,6 +2,9 @@
 //! damaged is refused or goes on.
 //!
 //! `MONORANGE_FUZZ_SECONDS=600 cargo test -p monorange-formats --test hostile_calls` is the long run.
+mod chance;
+
+use chance::Chance;
 use monorange_core::{
     geometry::{Camera, Distortion, Mount, RangeFinder},
     image::Grey,
@@ -14,29 +17,14 @@ use std::time::{Duration, Instant};
 
 const SIZE: [usize; 2] = [64, 48];
 
-struct Chance(u64);
-
-impl Chance {
-    fn next(&mut self) -> u64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        self.0
-    }
-
-    fn below(&mut self, bound: u64) -> u64 {
-        self.next() % bound.max(1)
-    }
-
-    /// Mostly of the size given, now and then what no sensor gives.
-    fn number(&mut self, size: f32) -> f32 {
-        const ODD: [f32; 9] =
-            [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 0.0, -1.0, 1e30, -1e30, 1e-30, f32::MAX];
-        match self.below(12) {
-            0 => ODD[self.below(9) as usize],
-            1 => f32::from_bits(self.next() as u32),
-            _ => size * (self.below(2001) as f32 / 1000.0 - 1.0),
-        }
+/// Mostly of the size given, now and then what no sensor gives.
+fn number(chance: &mut Chance, size: f32) -> f32 {
+    const ODD: [f32; 9] =
+        [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 0.0, -1.0, 1e30, -1e30, 1e-30, f32::MAX];
+    match chance.below(12) {
+        0 => ODD[chance.below(9)],
+        1 => f32::from_bits(chance.next() as u32),
+        _ => size * (chance.below(2001) as f32 / 1000.0 - 1.0),
     }
 }
 
@@ -50,7 +38,7 @@ fn pipeline() -> Pipeline<OnHeap> {
 fn call(pipeline: &mut Pipeline<OnHeap>, time: &mut f64, chance: &mut Chance, state: &mut Vec<u8>) {
     *time += match chance.below(20) {
         0 => -1.0,
-        1 => f64::from(chance.number(1e3)),
+        1 => f64::from(number(chance, 1e3)),
         _ => 0.1,
     };
     if !time.is_finite() || time.abs() > 1e9 {
@@ -60,23 +48,23 @@ fn call(pipeline: &mut Pipeline<OnHeap>, time: &mut f64, chance: &mut Chance, st
     let pixels: Vec<u8> = (0..SIZE[0] * SIZE[1]).map(|_| chance.next() as u8).collect();
     match chance.below(9) {
         0 | 1 => {
-            let (v, omega, seconds) = (chance.number(1.0), chance.number(0.5), chance.number(0.1));
+            let (v, omega, seconds) = (number(chance, 1.0), number(chance, 0.5), number(chance, 0.1));
             let _ = pipeline.odometry(*time, &Odometry::Velocity { v, omega, seconds });
         }
         2 => {
-            let [forward, left, turn, seconds] = [0.2, 0.01, 0.1, 0.1].map(|size| chance.number(size));
+            let [forward, left, turn, seconds] = [0.2, 0.01, 0.1, 0.1].map(|size| number(chance, size));
             let _ = pipeline.odometry(*time, &Odometry::Increment { forward, left, turn, seconds });
         }
         3 => {
-            let delta = Vector3::from_fn(|_, _| chance.number(0.2));
-            let covariance = Matrix3::from_fn(|_, _| chance.number(0.01));
+            let delta = Vector3::from_fn(|_, _| number(chance, 0.2));
+            let covariance = Matrix3::from_fn(|_, _| number(chance, 0.01));
             let _ = pipeline.motion(*time, &Increment { delta, covariance });
         }
         4 | 5 => {
             let corners: Vec<_> = (0..chance.below(40))
                 .map(|_| Corner {
-                    pixel: Vector2::new(32.0 + chance.number(32.0), 24.0 + chance.number(24.0)),
-                    covariance: Matrix2::identity() * chance.number(1.0).abs(),
+                    pixel: Vector2::new(32.0 + number(chance, 32.0), 24.0 + number(chance, 24.0)),
+                    covariance: Matrix2::identity() * number(chance, 1.0).abs(),
                     vertical: chance.next() as u8,
                     floor: chance.next() as u8,
                     brighter_right: chance.below(2) == 0,
@@ -90,8 +78,8 @@ fn call(pipeline: &mut Pipeline<OnHeap>, time: &mut f64, chance: &mut Chance, st
         }
         7 => {
             pipeline.begin();
-            for row in pixels.chunks(SIZE[0]).take(chance.below(60) as usize) {
-                let _ = pipeline.push_row(row.get(..chance.below(80) as usize).unwrap_or(row));
+            for row in pixels.chunks(SIZE[0]).take(chance.below(60)) {
+                let _ = pipeline.push_row(row.get(..chance.below(80)).unwrap_or(row));
             }
             let _ = pipeline.finish(*time);
         }
@@ -102,13 +90,13 @@ fn call(pipeline: &mut Pipeline<OnHeap>, time: &mut f64, chance: &mut Chance, st
                 std::mem::swap(state, &mut bytes);
             }
             for _ in 0..chance.below(4) {
-                let place = chance.below(state.len() as u64) as usize;
+                let place = chance.below(state.len());
                 if let Some(byte) = state.get_mut(place) {
                     *byte = chance.next() as u8;
                 }
             }
             if chance.below(4) == 0 {
-                state.truncate(chance.below(state.len() as u64) as usize);
+                state.truncate(chance.below(state.len()));
             }
             let _ = pipeline.restore(state);
         }

@@ -2,6 +2,9 @@
 //!
 //! Sound files are damaged again and again. `MONORANGE_FUZZ_SECONDS=600 cargo test -p monorange-formats --test hostile_files` is the
 //! long run, for each kind so long.
+mod chance;
+
+use chance::Chance;
 use image::{ExtendedColorType, GrayImage, ImageEncoder, Luma, codecs::jpeg::JpegEncoder};
 use monorange_formats::{
     files::{Odometry, Rig, memory, read_camera_of, read_frame_list, read_map, read_trajectory},
@@ -14,26 +17,6 @@ use std::{
     path::Path,
     time::{Duration, Instant},
 };
-
-/// Marsaglia's xorshift: the same damages in every run.
-struct Chance(u64);
-
-impl Chance {
-    fn next(&mut self) -> u64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        self.0
-    }
-
-    fn below(&mut self, bound: usize) -> usize {
-        (self.next() % bound.max(1) as u64) as usize
-    }
-
-    fn of<'a, T: ?Sized>(&mut self, list: &[&'a T]) -> &'a T {
-        list[self.below(list.len())]
-    }
-}
 
 const WORDS: &[&str] = &[
     "nan",
@@ -92,6 +75,10 @@ const WORDS: &[&str] = &[
     "width = 65536\n",
 ];
 
+fn word(chance: &mut Chance) -> &'static str {
+    WORDS[chance.below(WORDS.len())]
+}
+
 fn damaged(sound: &[Vec<u8>], chance: &mut Chance) -> Vec<u8> {
     let mut bytes = sound[chance.below(sound.len())].clone();
     for _ in 0..=chance.below(4) {
@@ -101,8 +88,8 @@ fn damaged(sound: &[Vec<u8>], chance: &mut Chance) -> Vec<u8> {
         match chance.below(7) {
             0 if length > 0 => bytes[from.min(length - 1)] = chance.next() as u8,
             1 if length > 0 => bytes[from.min(length - 1)] ^= 1 << chance.below(8),
-            2 => drop(bytes.splice(from..from, chance.of(WORDS).bytes())),
-            3 => drop(bytes.splice(from..to.min(from + 12), chance.of(WORDS).bytes())),
+            2 => drop(bytes.splice(from..from, word(chance).bytes())),
+            3 => drop(bytes.splice(from..to.min(from + 12), word(chance).bytes())),
             4 => drop(bytes.drain(from..to.min(from + 40))),
             5 => {
                 let piece = bytes[from..to.min(from + 200)].to_vec();

@@ -1,68 +1,94 @@
-//! How often chance gives a homography: pairs of different places and pairs that overlap, in simulated corridors.
+//! How often `match` gives a homography: for pairs of different places, and for pairs that overlap.
 //!
-//! `cargo run --release -p monorange-tests --example homography_chance`
-use monorange_core::features::{Detector, FeatureKind, Features, MatchConfig, SiftConfig};
-use monorange_core::homography::{HomographyConfig, Match, estimate_homography};
-use monorange_core::image::Grey;
-use monorange_sim::{Scene, SceneConfig, SimConfig, Simulation, default_rig};
+//! `cargo run --release -p monorange-tests --example homography_chance [FIRST_SEED]`, an odd number
+//!
+//! Six simulated corridors, two and two, each picture of one against each of the other: within one corridor the floor's
+//! pattern repeats every 3.072 m, and a pattern that is seen twice has an honest homography wherever it lies. Where the
+//! real data are, their pictures of different places and their consecutive ones as well.
+use monorange_core::features::{FeatureKind, Features};
+use monorange_formats::pictures::Picture;
+use monorange_tests::chance::{corridor, features, homography, kinds, seen};
+use monorange_tests::real_data;
+use std::path::Path;
 
 fn main() {
-    for brief in [false, true] {
-        let (mut apart, mut accepted_apart, mut near, mut accepted_near) = (0, 0, 0, 0);
-        for seed in 1..=6 {
-            let scene = Scene::corridor(&SceneConfig { seed, ..SceneConfig::default() });
-            let config = SimConfig { seed, frames: 560, walkers: 0, ..SimConfig::default() };
-            let drive = Simulation::new(scene, default_rig().unwrap(), config).unwrap();
-            let frames: Vec<_> = (0..560).step_by(40).collect();
-            let features: Vec<_> = frames.iter().map(|frame| detect(&drive, *frame, brief)).collect();
-            for (i, a) in features.iter().enumerate() {
-                for (j, b) in features.iter().enumerate().skip(i + 1) {
-                    let [p, q] = [frames[i], frames[j]].map(|frame| drive.true_pose(frame));
-                    if (p.position() - q.position()).norm() > 10.0 {
-                        apart += 1;
-                        if let Some(words) = found(a, b) {
-                            accepted_apart += 1;
-                            println!("  apart {seed} {} {}: {words}", frames[i], frames[j]);
-                        }
-                    }
-                }
-                let next = detect(&drive, frames[i] + 1, brief);
-                near += 1;
-                match found(a, &next) {
-                    Some(_) => accepted_near += 1,
-                    None => println!("  near {seed} {}: none", frames[i]),
-                }
+    let first = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(1);
+    for (name, kind) in kinds() {
+        simulated(name, kind, first);
+        real(name, kind);
+    }
+}
+
+#[derive(Default)]
+struct Count {
+    accepted: usize,
+    pairs: usize,
+}
+
+impl Count {
+    fn add(&mut self, a: &Features, b: &Features) {
+        self.pairs += 1;
+        self.accepted += usize::from(homography(a, b).is_some());
+    }
+
+    fn say(&self, name: &str, what: &str) {
+        println!("{name}: {what}: {} of {} accepted", self.accepted, self.pairs);
+    }
+}
+
+fn simulated(name: &str, kind: FeatureKind, first: u64) {
+    let (mut apart, mut next, mut tenth) = (Count::default(), Count::default(), Count::default());
+    for seed in (first..first + 6).step_by(2) {
+        let [one, two] = [seed, seed + 1].map(|seed| {
+            let drive = corridor(seed, 580);
+            let frames = (0..560).step_by(40);
+            let there: Vec<_> = frames.clone().map(|frame| seen(&drive, frame, kind)).collect();
+            for (frame, a) in frames.zip(&there) {
+                next.add(a, &seen(&drive, frame + 1, kind));
+                tenth.add(a, &seen(&drive, frame + 10, kind));
+            }
+            there
+        });
+        for a in &one {
+            two.iter().for_each(|b| apart.add(a, b));
+        }
+    }
+    apart.say(name, "different corridors");
+    next.say(name, "the next picture, 0.1 m on");
+    tenth.say(name, "the tenth picture, 1.2 m on");
+}
+
+fn real(name: &str, kind: FeatureKind) {
+    let folders =
+        ["real/cabinet/pictures", "real/corridors", "drives/dev_home/frames", "drives/dev_office/frames"];
+    let places: Option<Vec<_>> =
+        folders.iter().map(|folder| Some(pictures(&real_data(folder)?, kind))).collect();
+    let Some(places) = places else { return };
+    let (mut apart, mut next) = (Count::default(), Count::default());
+    for (index, place) in places.iter().enumerate() {
+        for other in places.iter().skip(index + 1) {
+            for a in place.iter().step_by(6) {
+                other.iter().step_by(6).for_each(|b| apart.add(a, b));
             }
         }
-        println!("brief {brief}: {accepted_apart} of {apart} apart, {accepted_near} of {near} near");
     }
+    for place in [&places[0], &places[2], &places[3]] {
+        place.windows(2).for_each(|two| next.add(&two[0], &two[1]));
+    }
+    apart.say(name, "different real and rendered places");
+    next.say(name, "the next picture of a real or rendered place");
 }
 
-fn detect(drive: &Simulation, frame: usize, brief: bool) -> Features {
-    let (width, height) = (drive.rig().camera().width(), drive.rig().camera().height());
-    let mut pixels = vec![0; width * height];
-    drive.render(frame, &mut pixels).unwrap();
-    let kind =
-        if brief { FeatureKind::Brief { threshold: 20 } } else { FeatureKind::Sift(SiftConfig::default()) };
-    Detector::new(kind).unwrap().detect(Grey::new(&pixels, width, height).unwrap()).unwrap()
-}
-
-/// What `match` finds.
-fn found(a: &Features, b: &Features) -> Option<String> {
-    let ends = a.matches(b, &MatchConfig::default()).unwrap();
-    let pair = |ends: &monorange_core::features::Match| {
-        Match::of_keypoints(&a.keypoints[ends.first], &b.keypoints[ends.second])
+/// The keypoints of a folder's pictures, masks left out.
+fn pictures(folder: &Path, kind: FeatureKind) -> Vec<Features> {
+    let entries = std::fs::read_dir(folder).expect("a folder");
+    let mut paths: Vec<_> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    paths.retain(|path| path.extension().is_some_and(|extension| extension != "toml"));
+    paths.retain(|path| !path.to_string_lossy().contains("_floor"));
+    paths.sort();
+    let read = |path: &std::path::PathBuf| {
+        let picture = Picture::read(path).expect("a sound picture");
+        features(&picture.pixels, [picture.width, picture.height], kind)
     };
-    let matches: Vec<Match<f64>> = ends.iter().map(pair).collect();
-    let config = HomographyConfig { scale_noise: true, ..HomographyConfig::default() };
-    let found = estimate_homography(&config, &matches, &mut vec![0.0; matches.len()]).ok()?;
-    if !found.is_confirmed_by(&matches) {
-        return None;
-    }
-    Some(format!(
-        "{} matches, {:.1} right, factor {:.2}",
-        matches.len(),
-        found.inliers,
-        found.variance_factor
-    ))
+    paths.iter().map(read).collect()
 }

@@ -1,5 +1,6 @@
 //! What several of the cross-crate tests share: the paper's camera, exact pictures of edges, random numbers, and
 //! the way to real data.
+pub mod chance;
 pub mod corridor;
 pub mod dynamic;
 pub mod scan;

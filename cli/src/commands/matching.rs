@@ -3,7 +3,7 @@ use super::keypoints::Kind;
 use crate::outputs::to_file_or_stdout;
 use clap::Args;
 use monorange_core::{
-    features::MatchConfig,
+    features::{Keypoint, MatchConfig},
     homography::{
         Homography, HomographyConfig, HomographyEstimate, Match, NoHomography, estimate_homography,
     },
@@ -65,12 +65,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let first = arguments.features.detect(&arguments.a, &a)?;
     let second = arguments.features.detect(&arguments.b, &b)?;
     let ends = first.matches(&second, &MatchConfig::default()).map_err(Error::new)?;
-    let matches: Vec<_> = ends
-        .iter()
-        .map(|pair| Match::of_keypoints(&first.keypoints[pair.first], &second.keypoints[pair.second]))
-        .collect();
-    let counts = [first.keypoints.len(), second.keypoints.len(), matches.len()];
-    let found = Found::from(matches).map_err(|reason| refused(reason, counts, arguments))?;
+    let ends: Vec<_> =
+        ends.iter().map(|pair| [first.keypoints[pair.first], second.keypoints[pair.second]]).collect();
+    let counts = [first.keypoints.len(), second.keypoints.len(), ends.len()];
+    let found =
+        Found::from(&ends, counts[0].min(counts[1])).map_err(|reason| refused(reason, counts, arguments))?;
     let json = serde_json::to_string_pretty(&found.summary()).map_err(Error::new)?;
     if let Some(path) = &arguments.pairs {
         to_file_or_stdout(Some(path), |out| out.write_all(found.table().as_bytes()))?;
@@ -97,12 +96,14 @@ struct Found {
 }
 
 impl Found {
-    fn from(matches: Vec<Match<f64>>) -> std::result::Result<Self, NoHomography> {
+    /// Of the keypoints of each match, and the number of all in the picture that has fewer.
+    fn from(ends: &[[Keypoint; 2]], keypoints: usize) -> std::result::Result<Self, NoHomography> {
+        let matches: Vec<_> = ends.iter().map(|[from, to]| Match::of_keypoints(from, to)).collect();
         let mut posteriors = vec![0.0; matches.len()];
         // A keypoint's variance is that on pictures of a plane: what the pair itself shows counts more.
         let config = HomographyConfig { scale_noise: true, ..HomographyConfig::default() };
         let estimate = estimate_homography(&config, &matches, &mut posteriors)?;
-        if !estimate.is_confirmed_by(&matches) {
+        if !estimate.is_confirmed_by(&matches, ends, keypoints) {
             return Err(NoHomography::NoConsensus);
         }
         let inliers = posteriors.iter().map(|posterior| *posterior > 0.5).collect();

@@ -34,6 +34,7 @@
 //! half of the matches right, raise [`HomographyConfig::max_samples`].
 //!
 //! Source: the paper's equations (10) and (11), corrected: (11) needs Σ_M carried into the picture first.
+mod confirmation;
 mod estimate;
 mod ground_motion;
 mod matches;

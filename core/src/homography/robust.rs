@@ -42,17 +42,6 @@ pub struct HomographyEstimate<T> {
     pub samples: u32,
 }
 
-impl<T: Real> HomographyEstimate<T> {
-    /// Whether chance would rarely give so many right ones among `matches`, those of the estimate, when a match agrees
-    /// that lies within the noise as it was found to be, not as it was promised. Four matches confirm nothing: some
-    /// homography always carries them.
-    pub fn is_confirmed_by(&self, matches: &[Match<T>]) -> bool {
-        let confirms =
-            |problem: Problem<'_, T>| problem.meaningful(self.inliers, self.variance_factor.max(T::one()));
-        matches.len() > 4 && Problem::new(matches, matches.len()).is_ok_and(confirms)
-    }
-}
-
 /// The homography that most of the matches agree with, with its covariance; `posteriors` receives each match's
 /// probability of being right.
 ///
@@ -100,8 +89,8 @@ pub fn estimate_homography<T: Real>(
 }
 
 /// Matches that fit to be tried: enough, finite, spread over the pictures.
-struct Problem<'a, T> {
-    matches: &'a [Match<T>],
+pub(super) struct Problem<'a, T> {
+    pub(super) matches: &'a [Match<T>],
     from: Normalisation<T>,
     to: Normalisation<T>,
     /// What wrong matches spread over, in units of `to` squared.
@@ -114,7 +103,7 @@ struct Problem<'a, T> {
 const PREVIEW: usize = 64;
 
 impl<'a, T: Real> Problem<'a, T> {
-    fn new(matches: &'a [Match<T>], room: usize) -> Result<Self, NoHomography> {
+    pub(super) fn new(matches: &'a [Match<T>], room: usize) -> Result<Self, NoHomography> {
         if room < matches.len() {
             return Err(NoHomography::TooFewPosteriors);
         }
@@ -246,26 +235,38 @@ impl<'a, T: Real> Problem<'a, T> {
         Ok(HomographyEstimate { homography, inliers, variance_factor, samples })
     }
 
-    fn meaningful(&self, inliers: T, variance_factor: T) -> bool {
-        let gate = T::pi() * T::lit(9.21) * (self.variances.0 + self.variances.1) * variance_factor;
-        meaningful(self.matches.len(), inliers, 4, gate / self.area)
+    pub(super) fn meaningful(&self, inliers: T, variance_factor: T) -> bool {
+        meaningful(self.matches.len(), inliers, 4, self.gate_share(variance_factor))
+    }
+
+    /// Squared radius of a match's gate, which 99 % of the right ones lie in.
+    pub(super) fn gate2(&self, variance_factor: T) -> T {
+        T::lit(9.21) * (self.variances.0 + self.variances.1) * variance_factor
+    }
+
+    /// Share of the picture's area within a match's gate.
+    pub(super) fn gate_share(&self, variance_factor: T) -> T {
+        T::pi() * self.gate2(variance_factor) / self.area
     }
 }
 
 /// Whether chance would rarely give so many right ones among `count` matches: the a-contrario test of Moisan &
-/// Stival (2004), expected false alarms (n − s) C(n, k) C(k, s) p^(k−s) below 1 with p the share of the area
-/// within a match's gate and s the size of a sample. When all are but a sample there is nothing to test.
+/// Stival (2004). When all are but a sample there is nothing to test.
 pub(super) fn meaningful<T: Real>(count: usize, inliers: T, sample: usize, gate_share: T) -> bool {
-    let (n, k) = (count, ((inliers + T::lit(0.5)).to_f64() as usize).min(count));
-    if k < sample {
-        return false;
-    }
+    let right = ((inliers + T::lit(0.5)).to_f64() as usize).min(count);
+    let enough = right >= sample;
+    enough && (count == sample || ln_false_alarms(count, right, sample, gate_share) < T::zero())
+}
+
+/// The logarithm of the expected false alarms (n − s) C(n, k) C(k, s) p^(k−s), with p the share of the area within a
+/// match's gate and s the size of a sample, below n; k is at least s and at most n.
+pub(super) fn ln_false_alarms<T: Real>(n: usize, k: usize, sample: usize, gate_share: T) -> T {
     let chance = gate_share.min(T::lit(0.5)).ln();
     let ln_choose = |n: usize, k: usize| {
         (0..k.min(n - k)).fold(T::zero(), |sum, i| sum + T::lit((n - i) as f64 / (i + 1) as f64).ln())
     };
     let tests = T::lit((n - sample) as f64).ln() + ln_choose(n, k) + ln_choose(k, sample);
-    n == sample || tests + chance * T::lit((k - sample) as f64) < T::zero()
+    tests + chance * T::lit((k - sample) as f64)
 }
 
 /// The mixture's score in pixels with one variance, for thousands of models.

@@ -1,0 +1,103 @@
+//! Whether a homography could be by chance, or of places that only look alike.
+//!
+//! ```text
+//! (n − 4) C(n, k) C(k, 4) p^(k−4) < ε        expected false alarms; a match agrees by chance with probability p
+//! p = max(π g²/area, (1 + hits)/(1 + r (n − 1)))      g: radius of a match's gate, by the noise that was found
+//! ```
+//!
+//! 1. As for the estimate, with the noise that was found instead of the one that was promised, ε = 1.
+//! 2. Between pictures of different places, too, some keypoints are nearest to each other: in simulated corridors, the ones
+//!    that were used to choose, 3 to 12 % of them. More matches than that come from a place seen twice. Otherwise
+//!    the test is stricter, since what chance leaves is not scattered evenly: corridors have their skirting boards in the
+//!    same places, and any four ends of them have a homography that carries more.
+//!    * p is measured on the pair: how often one of the r matches within the gate is carried into the gate of
+//!      *another* match (`hits`).
+//!    * k counts those matches alone whose keypoints, too, have the direction and the size that M gives them:
+//!      A = ∂π(M p)/∂p turns one direction into the other within 20°, and √det A is the ratio of the sizes
+//!      within a factor of 1.6. M was not fitted to either.
+//!    * ε = 1/20.
+//!
+//! Source: Moisan & Stival 2004 for the count of false alarms. `tests/examples/homography_chance.rs` measures the outcome.
+use super::normal_equations::Transfer;
+use super::robust::{Problem, ln_false_alarms};
+use super::{HomographyEstimate, Match};
+use crate::Real;
+use crate::features::Keypoint;
+use nalgebra::{Matrix2, Vector2};
+
+/// Share of the keypoints, of the picture that has fewer, that are matched with another place's at most.
+const MATCHED_BY_CHANCE: f64 = 0.12;
+/// Cosine of 20°, by which a keypoint's direction is off at most.
+const LEAST_COSINE: f64 = 0.939_692_62;
+/// Factor by which a keypoint's size is off at most.
+const MOST_SIZE: f64 = 1.6;
+/// Expected false alarms of look-alikes at most.
+const FALSE_ALARMS: f64 = 0.05;
+
+impl<T: Real> HomographyEstimate<T> {
+    /// Whether neither chance nor a place that only looks alike would give so many right ones among `matches`, those
+    /// of the estimate. `ends` are the keypoints of each match, in the same order, and `keypoints` is the number of all in
+    /// the picture that has fewer. Four matches confirm nothing: some homography always carries them.
+    ///
+    /// ```
+    /// use monorange_core::features::Keypoint;
+    /// use monorange_core::homography::{HomographyConfig, Match, estimate_homography};
+    /// let place = |i: usize, shift: f32| Keypoint {
+    ///     pixel: [(37 * i % 100) as f32 + shift, (61 * i % 100) as f32].into(),
+    ///     var_px2: 0.1,
+    ///     scale: 1.0,
+    ///     ..Keypoint::default()
+    /// };
+    /// let ends: Vec<_> = (0..9).map(|i| [place(i, 0.0), place(i, 5.0)]).collect();
+    /// let matches: Vec<Match<f64>> = ends.iter().map(|[a, b]| Match::of_keypoints(a, b)).collect();
+    /// let found = estimate_homography(&HomographyConfig::default(), &matches, &mut [0.0; 9])?;
+    /// assert!(found.is_confirmed_by(&matches, &ends, 500));
+    /// assert!(!found.is_confirmed_by(&matches[..4], &ends[..4], 500));
+    /// # Ok::<(), monorange_core::homography::NoHomography>(())
+    /// ```
+    pub fn is_confirmed_by(&self, matches: &[Match<T>], ends: &[[Keypoint; 2]], keypoints: usize) -> bool {
+        let Ok(problem) = Problem::new(matches, matches.len()) else { return false };
+        let factor = self.variance_factor.max(T::one());
+        if matches.len() <= 4 || !problem.meaningful(self.inliers, factor) {
+            return false;
+        }
+        let by_chance = T::lit(keypoints as f64) * T::lit(MATCHED_BY_CHANCE);
+        let many = T::lit(matches.len() as f64) > by_chance;
+        many || self.is_no_look_alike(&problem, ends, factor)
+    }
+
+    fn is_no_look_alike(&self, problem: &Problem<'_, T>, ends: &[[Keypoint; 2]], factor: T) -> bool {
+        let matches = problem.matches;
+        let gate2 = problem.gate2(factor);
+        let (mut within, mut agreeing, mut hits) = (0, 0, 0);
+        for (index, (pair, [from, to])) in matches.iter().zip(ends).enumerate() {
+            let Some(seen) = Transfer::at(self.homography.matrix(), pair.from) else { continue };
+            let near = |point: Vector2<T>| (seen.point - point).norm_squared() < gate2;
+            if !near(pair.to) {
+                continue;
+            }
+            within += 1;
+            agreeing += usize::from(keeps_direction_and_size(&seen.by_from, from, to));
+            let others = matches.iter().enumerate().filter(|(other, _)| *other != index);
+            hits += others.filter(|(_, other)| near(other.to)).count();
+        }
+        if agreeing <= 4 {
+            return false;
+        }
+        let tried = within * (matches.len() - 1);
+        let measured = T::lit((hits + 1) as f64 / (tried + 1) as f64);
+        let share = measured.max(problem.gate_share(factor));
+        ln_false_alarms(matches.len(), agreeing, 4, share) < T::lit(FALSE_ALARMS).ln()
+    }
+}
+
+/// Whether one keypoint has the direction and the size that the other's would have where M carries it, by A = `by_from`.
+fn keeps_direction_and_size<T: Real>(by_from: &Matrix2<T>, from: &Keypoint, to: &Keypoint) -> bool {
+    let wide = |value: f32| T::lit(f64::from(value));
+    let direction = |point: &Keypoint| Vector2::new(wide(point.angle).cos(), wide(point.angle).sin());
+    let carried = by_from * direction(from);
+    let turned = carried.dot(&direction(to)) >= carried.norm() * T::lit(LEAST_COSINE);
+    let magnified = by_from.determinant().sqrt() * wide(from.scale);
+    let most = T::lit(MOST_SIZE);
+    turned && magnified <= wide(to.scale) * most && wide(to.scale) <= magnified * most
+}

@@ -1,0 +1,51 @@
+//! Homographies as `match` finds them, between pictures of simulated corridors.
+use monorange_core::features::{Detector, FeatureKind, Features, MatchConfig, SiftConfig};
+use monorange_core::homography::{HomographyConfig, HomographyEstimate, Match, estimate_homography};
+use monorange_core::image::Grey;
+use monorange_sim::{Scene, SceneConfig, SimConfig, Simulation, default_rig};
+
+/// Both kinds of keypoints, as the commands find them.
+pub fn kinds() -> [(&'static str, FeatureKind); 2] {
+    [("SIFT", FeatureKind::Sift(SiftConfig::default())), ("BRIEF", FeatureKind::Brief { threshold: 20 })]
+}
+
+/// A drive through a corridor of its own, without walkers.
+///
+/// # Panics
+/// Never, for its settings are sound.
+pub fn corridor(seed: u64, frames: usize) -> Simulation {
+    let scene = Scene::corridor(&SceneConfig { seed, ..SceneConfig::default() });
+    let config = SimConfig { seed, frames, walkers: 0, ..SimConfig::default() };
+    Simulation::new(scene, default_rig().expect("a sound rig"), config).expect("a sound drive")
+}
+
+/// The keypoints of a drive's picture.
+///
+/// # Panics
+/// When there is no such picture.
+pub fn seen(drive: &Simulation, frame: usize, kind: FeatureKind) -> Features {
+    let (width, height) = (drive.rig().camera().width(), drive.rig().camera().height());
+    let mut pixels = vec![0; width * height];
+    drive.render(frame, &mut pixels).expect("a picture of the drive");
+    features(&pixels, [width, height], kind)
+}
+
+/// The keypoints of a picture.
+///
+/// # Panics
+/// When the pixels are not as many as the size says.
+pub fn features(pixels: &[u8], [width, height]: [usize; 2], kind: FeatureKind) -> Features {
+    let picture = Grey::new(pixels, width, height).expect("as many pixels as the size says");
+    Detector::new(kind).and_then(|mut detector| detector.detect(picture)).expect("sound settings")
+}
+
+/// What `match` finds, with the number of matches.
+pub fn homography(a: &Features, b: &Features) -> Option<(HomographyEstimate<f64>, usize)> {
+    let ends = a.matches(b, &MatchConfig::default()).ok()?;
+    let ends: Vec<_> = ends.iter().map(|pair| [a.keypoints[pair.first], b.keypoints[pair.second]]).collect();
+    let matches: Vec<Match<f64>> = ends.iter().map(|[from, to]| Match::of_keypoints(from, to)).collect();
+    let config = HomographyConfig { scale_noise: true, ..HomographyConfig::default() };
+    let found = estimate_homography(&config, &matches, &mut vec![0.0; matches.len()]).ok()?;
+    let keypoints = a.keypoints.len().min(b.keypoints.len());
+    found.is_confirmed_by(&matches, &ends, keypoints).then_some((found, matches.len()))
+}
