@@ -17,7 +17,11 @@
 //!      within a factor of 1.6. M was not fitted to either.
 //!    * ε = 1/20.
 //!
-//! Source: Moisan & Stival 2004 for the count of false alarms. `tests/examples/homography_chance.rs` measures the outcome.
+//! Of 588 pairs of different corridors that were not used to choose, 4 (SIFT) and 3 (BRIEF) are accepted, by the first test
+//! alone 75 and 75 (`tests/examples/homography_chance.rs`, first seed 101). The price: of pictures 1.2 m apart, where
+//! BRIEF's corners match no more often than by chance, a third of the right homographies is refused.
+//!
+//! Source: Moisan & Stival 2004 for the count of false alarms.
 use super::normal_equations::Transfer;
 use super::robust::{Problem, ln_false_alarms};
 use super::{HomographyEstimate, Match};

@@ -1,6 +1,7 @@
 extern crate std;
 
 use super::*;
+use crate::features::Keypoint;
 use nalgebra::{Matrix2, Matrix3, SMatrix, Vector2};
 use proptest::prelude::*;
 use std::vec;
@@ -110,6 +111,30 @@ fn covariance_has_rank_8_and_no_part_along_m() {
 fn point_behind_the_horizon_has_no_prediction() {
     let found = Homography::new(truth(), SMatrix::zeros()).unwrap();
     assert!(found.predict(Vector2::new(-6000.0, 0.0), &Matrix2::identity()).is_none());
+}
+
+#[test]
+fn where_few_keypoints_match_they_must_agree_in_direction_and_size() {
+    let matches = exact(9);
+    let found = outcome(&matches).unwrap();
+    let ends = |turn: f32, size: f32| {
+        let keypoint = |pixel: Vector2<f64>, angle, scale| Keypoint {
+            pixel: pixel.cast(),
+            var_px2: 0.1,
+            angle,
+            scale,
+            ..Keypoint::default()
+        };
+        let pair =
+            |pair: &Match<f64>| [keypoint(pair.from, 0.3, 2.0), keypoint(pair.to, 0.3 + turn, 2.0 * size)];
+        matches.iter().map(pair).collect::<Vec<_>>()
+    };
+    let confirmed = |turn, size, keypoints| found.is_confirmed_by(&matches, &ends(turn, size), keypoints);
+    assert!(confirmed(0.0, 1.0, 500));
+    assert!(!confirmed(1.6, 1.0, 500) && !confirmed(0.0, 2.5, 500) && !confirmed(0.0, 0.4, 500));
+    assert!(confirmed(1.6, 1.0, 20), "nine of twenty are more than chance finds");
+    let four = &matches[..4];
+    assert!(!found.is_confirmed_by(four, &ends(0.0, 1.0)[..4], 4));
 }
 
 proptest! {
