@@ -1,6 +1,9 @@
-//! The core's floor-corner extractors, with memory from the heap.
+//! The core's floor-corner extractors and its scan, with memory from the heap.
 use crate::{Error, Result, files::Rig};
-use monorange_core::lines::{EdgePoint, Extractor, mask_words, point_count, row_words};
+use monorange_core::{
+    lines::{EdgePoint, Extractor, mask_words, point_count, row_words},
+    scan::{ScanConfig, Scanner},
+};
 
 /// An extractor that owns its memory.
 pub type HeapExtractor = Extractor<Vec<u16>, Vec<u32>, Vec<EdgePoint>>;
@@ -22,4 +25,14 @@ pub fn extractor(rig: &Rig) -> Result<HeapExtractor> {
         vec![EdgePoint::default(); points],
     )
     .map_err(Error::new)
+}
+
+/// The virtual scan of the rig's pictures.
+///
+/// # Errors
+/// When a setting is out of its range, or the camera sees no floor.
+pub fn scanner(rig: &Rig, config: ScanConfig) -> Result<Box<Scanner>> {
+    let finder = rig.finder.cast().map_err(Error::new)?;
+    let mount_std = rig.mount_std.map(|std| std as f32);
+    Ok(Box::new(Scanner::new(config, finder, mount_std, rig.pixel_covariance().cast()).map_err(Error::new)?))
 }

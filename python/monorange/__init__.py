@@ -1,8 +1,8 @@
 """monorange: one calibrated camera as a range finder and map maker.
 
 ``RangeFinder`` turns pixels of the floor into range and bearing with their covariance, ``Extractor`` finds floor corners,
-``Drive`` makes pose and map of pictures and wheels, ``calibrate`` fits the mount, ``evaluate`` compares trajectories, and
-``Device`` speaks to a co-processor. The robot's frame is x forward, y left, z up; metres and radians everywhere; pixel (0, 0)
+``Drive`` makes pose and map of pictures and wheels, ``Scanner`` says how far the floor is free, ``calibrate`` fits the mount,
+``evaluate`` compares trajectories, and ``Device`` speaks to a co-processor. The robot's frame is x forward, y left, z up; metres and radians everywhere; pixel (0, 0)
 is the centre of the top-left pixel. The interpreter's lock is released while Rust works.
 """
 
@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import json
 
-from ._monorange import Device, Drive, Extractor, RangeFinder, __version__, calibrate
+from ._monorange import Device, Drive, Extractor, RangeFinder, Scanner, __version__, calibrate
 from ._monorange import _evaluate
-from ._results import STATUS, Calibration, Corners, Map, Sightings, Step
+from ._results import STATUS, Calibration, Corners, Map, Scan, Sightings, Step
 
 __all__ = [
     "STATUS",
@@ -23,6 +23,8 @@ __all__ = [
     "Extractor",
     "Map",
     "RangeFinder",
+    "Scan",
+    "Scanner",
     "Sightings",
     "Step",
     "__version__",

@@ -8,6 +8,7 @@ from ._results import STATUS as STATUS
 from ._results import Calibration as Calibration
 from ._results import Corners as Corners
 from ._results import Map as Map
+from ._results import Scan as Scan
 from ._results import Sightings as Sightings
 from ._results import Step as Step
 
@@ -66,6 +67,13 @@ class Drive:
     def verdict(self) -> str: ...
     @property
     def frames(self) -> int: ...
+
+class Scanner:
+    def __init__(
+        self, finder: RangeFinder, beams: int | None = None, field: tuple[float, float] | None = None
+    ) -> None: ...
+    def moved(self, forward: float, left: float, turn: float) -> None: ...
+    def scan(self, picture: NDArray[np.uint8]) -> Scan: ...
 
 class Device:
     def __init__(self, stream: Any, finder: RangeFinder, *, patience: float = 10.0, nonce: int = 0) -> None: ...

@@ -50,6 +50,20 @@ class Corners:
 
 
 @dataclass(frozen=True)
+class Scan:
+    """How far the floor is free along N beams."""
+
+    bearing: Any  #: (N,) from the robot's x axis, positive to the left, rad
+    free: Any  #: (N,) the floor is seen clear up to here, m; 0 where no floor is seen
+    range: Any  #: (N,) of what bounds it, m; NaN for ``unknown`` and ``beyond``
+    var_range: Any  #: (N,) m^2, NaN without a range
+    kind: list[str]  #: boundary, obstacle, unknown (nothing certain beyond ``free``) or beyond (free as far as is looked at)
+
+    def __len__(self) -> int:
+        return len(self.bearing)
+
+
+@dataclass(frozen=True)
 class Step:
     """Where the robot is after a picture, and its N corners."""
 

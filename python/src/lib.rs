@@ -12,6 +12,7 @@ mod pictures;
 mod range_finder;
 mod results;
 mod rig;
+mod scanner;
 
 use pyo3::prelude::*;
 
@@ -21,6 +22,7 @@ fn _monorange(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<range_finder::RangeFinder>()?;
     module.add_class::<extractor::Extractor>()?;
     module.add_class::<drive::Drive>()?;
+    module.add_class::<scanner::Scanner>()?;
     module.add_class::<device::Device>()?;
     module.add_function(wrap_pyfunction!(calibration::calibrate, module)?)?;
     module.add_function(wrap_pyfunction!(evaluation::evaluate, module)?)?;

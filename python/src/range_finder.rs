@@ -3,7 +3,7 @@ use crate::{
     results::make,
     rig::{Numbers, named, read},
 };
-use monorange_core::geometry::{NoFloor, RangeFinder as Finder};
+use monorange_core::geometry::{NoFloor, Ranged, Sighting};
 use monorange_formats::files::Rig;
 use nalgebra::{Matrix2, Vector2};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
@@ -13,6 +13,8 @@ use std::path::PathBuf;
 
 /// Pixels that one thread takes at a time.
 const CHUNK: usize = 4096;
+/// Pixels that go through the lens together.
+const TOGETHER: usize = 4;
 
 /// A calibrated camera on its mount: pixels of the floor to range and bearing, with covariance.
 ///
@@ -154,11 +156,26 @@ impl RangeFinder {
                 status.par_chunks_mut(CHUNK),
             );
             parts.into_par_iter().for_each(|(pixels, range, bearing, x, y, covariances, status)| {
-                for (index, pixel) in pixels.iter().enumerate() {
-                    let (numbers, covariance, code) = sight(finder, pixel, &covariance, mount_std);
+                let mut put = |index: usize, (numbers, covariance, code): Sight| {
                     [range[index], bearing[index], x[index], y[index]] = numbers;
                     covariances[4 * index..4 * index + 4].copy_from_slice(&covariance);
                     status[index] = code;
+                };
+                if let Some(std) = mount_std {
+                    for (index, pixel) in pixels.iter().enumerate() {
+                        put(index, with_mount(finder.sight(Vector2::from(*pixel)), &covariance, std));
+                    }
+                    return;
+                }
+                let (groups, rest) = pixels.as_chunks::<TOGETHER>();
+                for (group, pixels) in groups.iter().enumerate() {
+                    for (index, seen) in finder.ranges(pixels.map(Vector2::from)).iter().enumerate() {
+                        put(TOGETHER * group + index, without_mount(seen, &covariance));
+                    }
+                }
+                for (index, pixel) in rest.iter().enumerate() {
+                    let [seen] = finder.ranges([Vector2::from(*pixel)]);
+                    put(TOGETHER * groups.len() + index, without_mount(&seen, &covariance));
                 }
             });
         });
@@ -193,30 +210,40 @@ impl RangeFinder {
     }
 }
 
-fn sight(
-    finder: &Finder<f64>,
-    pixel: &[f64; 2],
-    pixel_covariance: &Matrix2<f64>,
-    mount_std: Option<&[f64; 6]>,
-) -> Sight {
-    match finder.sight(Vector2::from(*pixel)) {
-        Ok(seen) => {
-            let mut covariance = seen.noise(pixel_covariance);
-            if let Some(std) = mount_std {
-                covariance += seen.systematic(std);
-            }
-            let (point, c) = (seen.point_in_robot, covariance);
-            ([seen.range, seen.bearing, point.x, point.y], [c.m11, c.m12, c.m21, c.m22], 0)
-        }
-        Err(why) => {
-            let code = match why {
-                NoFloor::AboveHorizon => 1,
-                NoFloor::OutsideImage => 2,
-                NoFloor::OutsideLensModel => 3,
-            };
-            ([f64::NAN; 4], [f64::NAN; 4], code)
-        }
+#[inline]
+fn without_mount(seen: &Result<Ranged<f64>, NoFloor>, pixel_covariance: &Matrix2<f64>) -> Sight {
+    match seen {
+        Ok(seen) => told(seen.range, seen.bearing, seen.point_in_robot, seen.noise(pixel_covariance)),
+        Err(why) => untold(*why),
     }
+}
+
+fn with_mount(
+    seen: Result<Sighting<f64>, NoFloor>,
+    pixel_covariance: &Matrix2<f64>,
+    mount_std: &[f64; 6],
+) -> Sight {
+    match seen {
+        Ok(seen) => {
+            let covariance = seen.noise(pixel_covariance) + seen.systematic(mount_std);
+            told(seen.range, seen.bearing, seen.point_in_robot, covariance)
+        }
+        Err(why) => untold(why),
+    }
+}
+
+#[inline]
+fn told(range: f64, bearing: f64, point: Vector2<f64>, c: Matrix2<f64>) -> Sight {
+    ([range, bearing, point.x, point.y], [c.m11, c.m12, c.m21, c.m22], 0)
+}
+
+fn untold(why: NoFloor) -> Sight {
+    let code = match why {
+        NoFloor::AboveHorizon => 1,
+        NoFloor::OutsideImage => 2,
+        NoFloor::OutsideLensModel => 3,
+    };
+    ([f64::NAN; 4], [f64::NAN; 4], code)
 }
 
 /// The rows of a contiguous (N, 2) array.

@@ -11,11 +11,7 @@ use monorange_core::{
     geometry::Pose,
     scan::{BEAMS, Kind, Reading, ScanConfig, Scanner},
 };
-use monorange_formats::{
-    Error, Result,
-    draw::Overlay,
-    files::{Odometry, Rig},
-};
+use monorange_formats::{Error, Result, draw::Overlay, extraction::scanner, files::Odometry};
 use std::{fmt::Write as _, path::PathBuf};
 
 /// How far the floor is free, in every direction, from one camera's pictures: a laser scan without a laser.
@@ -118,13 +114,6 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         outputs.commit()?;
     }
     to_file_or_stdout(arguments.out.as_deref(), |out| out.write_all(table.as_bytes()))
-}
-
-/// The scanner of a rig.
-pub(super) fn scanner(rig: &Rig, config: ScanConfig) -> Result<Box<Scanner>> {
-    let finder = rig.finder.cast().map_err(Error::new)?;
-    let mount_std = rig.mount_std.map(|std| std as f32);
-    Ok(Box::new(Scanner::new(config, finder, mount_std, rig.pixel_covariance().cast()).map_err(Error::new)?))
 }
 
 /// Takes the robot's motion between two pictures.

@@ -138,6 +138,19 @@ impl<T: Real> Camera<T> {
         self.lens.undistort(self.distorted_from_pixel(pixel), self.max_radius2)
     }
 
+    /// As [`ray_from_pixel`](Self::ray_from_pixel) and [`ray_by_pixel`](Self::ray_by_pixel) for several pixels, bit by bit.
+    pub(super) fn rays_from_pixels<const N: usize>(
+        &self,
+        pixels: [Vector2<T>; N],
+    ) -> [Option<(Vector2<T>, Matrix2<T>)>; N] {
+        let distorted = pixels.map(|pixel| self.distorted_from_pixel(pixel));
+        let rays = self.lens.undistort_all(distorted, self.max_radius2);
+        rays.map(|found| {
+            let (ray, lens_by_ray) = found?;
+            Some((ray, inverse(&(self.pixel_by_distorted() * lens_by_ray))?))
+        })
+    }
+
     /// The pixel that sees the ray (x, y, 1), or `None` beyond the lens model's domain.
     pub fn pixel_from_ray(&self, ray: Vector2<T>) -> Option<Vector2<T>> {
         let inside = ray.norm_squared() <= self.max_radius2;
@@ -146,8 +159,12 @@ impl<T: Real> Camera<T> {
 
     /// ∂(u, v)/∂(x, y) at a ray.
     pub fn pixel_by_ray(&self, ray: Vector2<T>) -> Matrix2<T> {
+        self.pixel_by_distorted() * self.lens.distort_by_ray(ray)
+    }
+
+    fn pixel_by_distorted(&self) -> Matrix2<T> {
         let skewed = self.focal.x * self.skew;
-        Matrix2::new(self.focal.x, skewed, T::zero(), self.focal.y) * self.lens.distort_by_ray(ray)
+        Matrix2::new(self.focal.x, skewed, T::zero(), self.focal.y)
     }
 
     /// ∂(x, y)/∂(u, v) at a ray, or `None` where the lens model folds over.

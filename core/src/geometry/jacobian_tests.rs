@@ -1,5 +1,5 @@
 //! Every analytic Jacobian of the geometry against central differences, at random rigs and pixels.
-use super::{Camera, Distortion, MOUNT_PARAMETERS, Mount, RangeFinder};
+use super::{Camera, Distortion, MOUNT_PARAMETERS, Mount, RangeFinder, Ranged};
 use nalgebra::Vector2;
 use proptest::prelude::*;
 
@@ -52,6 +52,19 @@ proptest! {
                 prop_assert!(close(seen.by_mount[(row, index)], slope[row]), "{name}, row {row}");
             }
         }
+    }
+
+    #[test]
+    fn sights_together_are_sights_alone(mount in mounts(), lens in lenses(), u in -50.0..350.0, v in -50.0..250.0) {
+        let finder = rig(mount, lens, 0.0);
+        let pixels = [[0.0, 0.0], [30.0, 10.0], [-40.0, 60.0]].map(|[more_u, more_v]| Vector2::new(u + more_u, v + more_v));
+        let alone = |pixel| finder.sight(pixel).map(|s| Ranged {
+            point_in_robot: s.point_in_robot,
+            range: s.range,
+            bearing: s.bearing,
+            by_pixel: s.by_pixel,
+        });
+        prop_assert_eq!(finder.ranges(pixels), pixels.map(alone));
     }
 
     #[test]

@@ -164,34 +164,49 @@ impl<T: Real> Lens<T> {
         match self {
             Self::BrownConrady(d) if *d == Distortion::default() => Some(distorted),
             Self::Equidistant(k) => unbend(k, distorted, max_radius2),
+            _ => {
+                let [ray] = self.newton([distorted], max_radius2);
+                ray.map(|(ray, _)| ray)
+            }
+        }
+    }
+
+    /// As [`undistort`](Self::undistort) for several points, bit by bit, with the Jacobian of [`distort`](Self::distort) at each ray:
+    /// their iterations wait for one another's divisions.
+    pub(super) fn undistort_all<const N: usize>(
+        &self,
+        distorted: [Vector2<T>; N],
+        max_radius2: T,
+    ) -> [Option<(Vector2<T>, Matrix2<T>)>; N] {
+        let with_jacobian = |ray| (ray, self.distort_by_ray(ray));
+        match self {
+            Self::BrownConrady(d) if *d == Distortion::default() => {
+                distorted.map(|ray| Some(with_jacobian(ray)))
+            }
+            Self::Equidistant(k) => {
+                distorted.map(|distorted| unbend(k, distorted, max_radius2).map(with_jacobian))
+            }
             _ => self.newton(distorted, max_radius2),
         }
     }
 
-    fn newton(&self, distorted: Vector2<T>, max_radius2: T) -> Option<Vector2<T>> {
-        // The best that rounding allows: a few units in the last place of the larger coordinate.
-        let scale = T::one() + distorted.amax();
-        let tolerance = scale * T::default_epsilon() * T::lit(2.0);
-        let mut ray = distorted;
-        let mut last = T::max_value()?;
+    fn newton<const N: usize>(
+        &self,
+        distorted: [Vector2<T>; N],
+        max_radius2: T,
+    ) -> [Option<(Vector2<T>, Matrix2<T>)>; N] {
+        let mut searches = distorted.map(Search::new);
         for _ in 0..MAX_ITERATIONS {
-            let residual = self.distort(ray) - distorted;
-            let error = residual.amax();
-            let settled = error <= tolerance;
-            // Close to the answer rounding ends the progress: more iterations would only wander.
-            let stalled = error <= tolerance * T::lit(8.0) && error >= last;
-            if settled || stalled {
-                let jacobian = self.distort_by_ray(ray);
-                let one_to_one = ray.norm_squared() <= max_radius2 && jacobian.determinant() > T::zero();
-                return one_to_one.then_some(ray);
+            let mut going = false;
+            for search in searches.iter_mut().filter(|search| search.state == State::Going) {
+                search.step(self, max_radius2);
+                going = true;
             }
-            last = error;
-            ray -= inverse(&self.distort_by_ray(ray))? * residual;
-            if !(ray.x.is_finite() && ray.y.is_finite()) {
-                return None;
+            if !going {
+                break;
             }
         }
-        None
+        searches.map(|search| (search.state == State::Found).then_some((search.ray, search.jacobian)))
     }
 
     /// The smallest ρ > 0 at which the image's radius no longer grows with the ray's, or the largest number.
@@ -246,6 +261,59 @@ impl<T: Real> Lens<T> {
                 let t = angle * angle;
                 T::one() + t * (three * *k1 + t * (five * *k2 + t * (seven * *k3 + t * (nine * *k4))))
             }
+        }
+    }
+}
+
+/// Newton's method on its way to the ray of a point.
+struct Search<T> {
+    distorted: Vector2<T>,
+    ray: Vector2<T>,
+    /// At the ray.
+    jacobian: Matrix2<T>,
+    /// The best that rounding allows: a few units in the last place of the larger coordinate.
+    tolerance: T,
+    /// Of the iteration before.
+    error: Option<T>,
+    state: State,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum State {
+    Going,
+    Found,
+    None,
+}
+
+impl<T: Real> Search<T> {
+    fn new(distorted: Vector2<T>) -> Self {
+        let scale = T::one() + distorted.amax();
+        let tolerance = scale * T::default_epsilon() * T::lit(2.0);
+        let jacobian = Matrix2::identity();
+        Self { distorted, ray: distorted, jacobian, tolerance, error: None, state: State::Going }
+    }
+
+    /// One iteration.
+    #[inline(always)]
+    fn step(&mut self, lens: &Lens<T>, max_radius2: T) {
+        let residual = lens.distort(self.ray) - self.distorted;
+        let error = residual.amax();
+        let settled = error <= self.tolerance;
+        // Close to the answer rounding ends the progress: more iterations would only wander.
+        let stalled =
+            error <= self.tolerance * T::lit(8.0) && self.error.is_some_and(|before| error >= before);
+        self.jacobian = lens.distort_by_ray(self.ray);
+        if settled || stalled {
+            let one_to_one =
+                self.ray.norm_squared() <= max_radius2 && self.jacobian.determinant() > T::zero();
+            self.state = if one_to_one { State::Found } else { State::None };
+            return;
+        }
+        self.error = Some(error);
+        let inverse = inverse(&self.jacobian);
+        self.ray -= inverse.unwrap_or_default() * residual;
+        if inverse.is_none() || !(self.ray.x.is_finite() && self.ray.y.is_finite()) {
+            self.state = State::None;
         }
     }
 }
@@ -393,6 +461,28 @@ mod tests {
                 }
             }
             assert!(rays > camera.width() * camera.height() / 49 * 9 / 10);
+        }
+    }
+
+    #[test]
+    fn several_pixels_together_are_each_alone_bit_by_bit() {
+        for camera in cameras() {
+            let (mut with, mut without) = (0, 0);
+            for v in (0..camera.height()).step_by(13) {
+                for u in (0..camera.width()).step_by(28) {
+                    // One of them lies far outside, where a lens may have no inverse.
+                    let pixels = [0.0, 9.3, 18.7, 5e3].map(|more| Vector2::new(u as f64 + more, v as f64));
+                    let together = camera.rays_from_pixels(pixels);
+                    let alone = |pixel| {
+                        let ray = camera.ray_from_pixel(pixel)?;
+                        Some((ray, camera.ray_by_pixel(ray)?))
+                    };
+                    assert_eq!(together, pixels.map(alone));
+                    with += together.iter().flatten().count();
+                    without += together.iter().filter(|ray| ray.is_none()).count();
+                }
+            }
+            assert!(with > 1000 && without > 0, "{with} {without}");
         }
     }
 

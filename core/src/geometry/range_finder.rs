@@ -62,6 +62,26 @@ pub struct Sighting<T> {
     pub by_mount: SMatrix<T, 2, 6>,
 }
 
+/// A [`Sighting`] without what the mount's uncertainty does to it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ranged<T> {
+    /// (X, Y) in the robot's frame, m.
+    pub point_in_robot: Vector2<T>,
+    /// Range from the robot's origin, m.
+    pub range: T,
+    /// Bearing from the robot's x axis, positive to the left, rad.
+    pub bearing: T,
+    /// ∂(range, bearing)/∂(u, v).
+    pub by_pixel: Matrix2<T>,
+}
+
+impl<T: Real> Ranged<T> {
+    /// The covariance of (range, bearing) that follows from the pixel's, J Σ Jᵀ.
+    pub fn noise(&self, pixel_covariance: &Matrix2<T>) -> Matrix2<T> {
+        self.by_pixel * pixel_covariance * self.by_pixel.transpose()
+    }
+}
+
 impl<T: Real> Sighting<T> {
     /// The covariance of (range, bearing) that follows from the pixel's, J Σ Jᵀ: independent noise.
     pub fn noise(&self, pixel_covariance: &Matrix2<T>) -> Matrix2<T> {
@@ -144,18 +164,37 @@ impl<T: Real> RangeFinder<T> {
         let ray = self.checked_ray(pixel)?;
         let direction = self.direction_from_ray(ray)?;
         let ray_by_pixel = self.camera.ray_by_pixel(ray).ok_or(NoFloor::OutsideLensModel)?;
-        let point = self.floor_from_direction(&direction);
+        let Ranged { point_in_robot, range, bearing, by_pixel } = self.ranged(&direction, &ray_by_pixel);
+        let by_floor = range_bearing_by_floor(point_in_robot, range);
+        let by_mount = by_floor * self.mount.floor_by_mount(&direction);
+        Ok(Sighting { point_in_robot, range, bearing, by_pixel, by_mount })
+    }
+
+    /// As [`sight`](Self::sight) for several pixels, the same bit by bit but without the mount's part: a third of the time for each.
+    ///
+    /// # Errors
+    /// As [`sight`](Self::sight), for each.
+    pub fn ranges<const N: usize>(&self, pixels: [Vector2<T>; N]) -> [Result<Ranged<T>, NoFloor>; N] {
+        let mut rays = self.camera.rays_from_pixels(pixels).into_iter();
+        pixels.map(|pixel| {
+            let ray = rays.next().flatten();
+            if !self.camera.contains(pixel) {
+                return Err(NoFloor::OutsideImage);
+            }
+            let (ray, ray_by_pixel) = ray.ok_or(NoFloor::OutsideLensModel)?;
+            let direction = self.direction_from_ray(ray)?;
+            Ok(self.ranged(&direction, &ray_by_pixel))
+        })
+    }
+
+    #[inline(always)]
+    fn ranged(&self, direction: &Vector3<T>, ray_by_pixel: &Matrix2<T>) -> Ranged<T> {
+        let point = self.floor_from_direction(direction);
         let floor_by_ray =
-            self.mount.floor_by_direction(&direction) * self.robot_from_cam.fixed_columns::<2>(0);
+            self.mount.floor_by_direction(direction) * self.robot_from_cam.fixed_columns::<2>(0);
         let (range, bearing) = range_bearing_from_floor(point);
         let by_floor = range_bearing_by_floor(point, range);
-        Ok(Sighting {
-            point_in_robot: point,
-            range,
-            bearing,
-            by_pixel: by_floor * floor_by_ray * ray_by_pixel,
-            by_mount: by_floor * self.mount.floor_by_mount(&direction),
-        })
+        Ranged { point_in_robot: point, range, bearing, by_pixel: by_floor * floor_by_ray * ray_by_pixel }
     }
 
     /// The pixel that sees a floor point given in the robot's frame.
