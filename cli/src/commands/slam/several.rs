@@ -28,6 +28,13 @@ pub(super) fn run(arguments: &Arguments, drives: &[Inputs]) -> Result<()> {
     count(0);
     warnings::print_above(Some(bar.clone()));
     let next = AtomicUsize::new(0);
+    let begun = Mutex::new((0, 0));
+    // Until all drives are read, those that are not count as long as the others on average.
+    let begin = |frames: usize| {
+        let mut begun = begun.lock().unwrap_or_else(PoisonError::into_inner);
+        *begun = (begun.0 + frames, begun.1 + 1);
+        bar.set_length((begun.0 * drives.len() / begun.1) as u64);
+    };
     let told = Mutex::new((0, vec![None; drives.len()]));
     let work = || {
         while let (place, Some(inputs)) = {
@@ -37,7 +44,7 @@ pub(super) fn run(arguments: &Arguments, drives: &[Inputs]) -> Result<()> {
             // What was warned of in this thread's last drive is that drive's.
             monorange_formats::warnings::forget();
             let out = arguments.out.join(names.get(place).map_or("", String::as_str));
-            let result = one(arguments, inputs, &out, &bar);
+            let result = one(arguments, inputs, &out, &bar, begin);
             let mut told = told.lock().unwrap_or_else(PoisonError::into_inner);
             match (result, told.1.get_mut(place)) {
                 (Ok(text), Some(slot)) => *slot = Some(text),
@@ -74,11 +81,17 @@ pub(super) fn run(arguments: &Arguments, drives: &[Inputs]) -> Result<()> {
 }
 
 /// Runs one drive, and gives its summary.
-fn one(arguments: &Arguments, inputs: &Inputs, out: &Path, bar: &ProgressBar) -> Result<String> {
+fn one(
+    arguments: &Arguments,
+    inputs: &Inputs,
+    out: &Path,
+    bar: &ProgressBar,
+    begin: impl Fn(usize),
+) -> Result<String> {
     let (rig, sequence) = inputs.read()?;
     let mut outputs = Outputs::of_a_run(out, &OUTPUTS, "report.json")?;
     let mut drive = Drive::new(arguments, inputs, &rig, &sequence)?;
-    bar.inc_length(sequence.images.len() as u64);
+    begin(sequence.images.len());
     drive.all_frames(bar)?;
     let (mut run, _) = drive.finish(inputs)?;
     results::write(&mut outputs, &mut run)?;
