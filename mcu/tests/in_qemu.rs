@@ -1,12 +1,12 @@
 //! The firmware on emulated boards against the pipeline on this machine: `cargo xtask firmware test`.
 //!
-//! The boards' programs come in `MONORANGE_MPS2_AN500` and `MONORANGE_MPS2_AN386`; without them these tests
+//! The boards' programs come in `MONORANGE_MPS2_AN500`, `MONORANGE_MPS2_AN386` and `MONORANGE_MPS2_AN385`; without them these tests
 //! are skipped aloud, unless `MONORANGE_QEMU=required` or `CI` is set.
 mod drive;
 mod emulator;
 
 use drive::*;
-use emulator::{Board, boards};
+use emulator::{Board, boards, every_processor};
 use monorange_protocol::{
     client::{Answer, Client},
     message::{DeviceMessage, HostMessage, SaveState, Stages, State},
@@ -73,9 +73,8 @@ impl Costs {
     }
 }
 
-/// Runs `check` on every board at once.
-fn on_every_board(check: impl Fn(&Board) + Sync) {
-    let boards = boards();
+/// Runs `check` on all of `boards` at once.
+fn on_each(boards: &[Board], check: impl Fn(&Board) + Sync) {
     std::thread::scope(|scope| {
         let running: Vec<_> = boards.iter().map(|board| scope.spawn(|| check(board))).collect();
         for thread in running {
@@ -90,7 +89,8 @@ fn on_every_board(check: impl Fn(&Board) + Sync) {
 fn most(board: &Board) -> [u64; 7] {
     match board.name {
         "mps2-an500" => [1_600_000, 1_750_000, 4_400_000, 2_400_000, 450_000, 250_000, 10_450_000],
-        _ => [1_600_000, 1_750_000, 4_450_000, 2_700_000, 600_000, 300_000, 10_950_000],
+        "mps2-an386" => [1_600_000, 1_750_000, 4_450_000, 2_700_000, 600_000, 300_000, 10_950_000],
+        _ => [1_700_000, 1_800_000, 10_000_000, 31_300_000, 3_700_000, 400_000, 48_200_000],
     }
 }
 
@@ -108,7 +108,7 @@ fn a_device_that_takes_over_goes_on_with_the_same_bytes_and_within_its_budget() 
     let length = before.save(&mut state).unwrap();
     let state =
         [&monorange_protocol::conversion::fingerprint(&config).to_le_bytes(), &state[..length]].concat();
-    on_every_board(|board| {
+    on_each(&every_processor(), |board| {
         let emulator = board.start("corridor");
         let mut client = Client::new(emulator.connect(), 1, PATIENCE).unwrap();
         let reset_count = configure(&mut client, &config);
@@ -153,7 +153,7 @@ fn give_state(client: &mut Client<UnixStream>, state: &[u8]) {
 fn after_a_restart_the_saved_state_brings_the_map_back() {
     let simulation = corridor(8);
     let config = config_for(&simulation);
-    on_every_board(|board| {
+    on_each(&boards(), |board| {
         let emulator = board.start("restart");
         let mut client = Client::new(emulator.connect(), 1, PATIENCE).unwrap();
         configure(&mut client, &config);

@@ -28,7 +28,7 @@ enum Task {
         #[arg(long)]
         tcp: Option<u16>,
     },
-    /// Both emulated boards against the host: the same bits, instructions, restarts and crashes
+    /// The emulated boards against the host: the same bits, instructions, restarts and crashes
     Test {
         /// Pictures of the corridor
         #[arg(long, default_value_t = 200)]
@@ -41,23 +41,27 @@ enum Task {
 /// What QEMU emulates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Board {
+    /// Cortex-M3, without a floating-point unit
+    An385,
     /// Cortex-M4F
     An386,
     /// Cortex-M7
     An500,
 }
 
-const BOARDS: [Board; 2] = [Board::An500, Board::An386];
+const BOARDS: [Board; 3] = [Board::An500, Board::An386, Board::An385];
 /// What the boards' linker scripts allow.
-const FLASH: usize = 160 * 1024;
+const FLASH: usize = 192 * 1024;
 const RAM: usize = 128 * 1024;
 /// The function that every row goes through, as a part of its symbol.
 const PER_PIXEL: &str = "6mapper6Mapper4push17h";
+/// Of boards with a floating-point unit.
 const TRIPLE: &str = "thumbv7em-none-eabihf";
 
 impl Board {
     fn machine(self) -> &'static str {
         match self {
+            Self::An385 => "mps2-an385",
             Self::An386 => "mps2-an386",
             Self::An500 => "mps2-an500",
         }
@@ -65,8 +69,16 @@ impl Board {
 
     fn processor(self) -> &'static str {
         match self {
+            Self::An385 => "cortex-m3",
             Self::An386 => "cortex-m4",
             Self::An500 => "cortex-m7",
+        }
+    }
+
+    fn triple(self) -> &'static str {
+        match self {
+            Self::An385 => "thumbv7m-none-eabi",
+            Self::An386 | Self::An500 => TRIPLE,
         }
     }
 
@@ -77,7 +89,7 @@ impl Board {
 
     /// Where the board's program is, once it is built.
     fn image(self, features: &str) -> PathBuf {
-        self.target(features).join(TRIPLE).join("release/monorange-mps2")
+        self.target(features).join(self.triple()).join("release/monorange-mps2")
     }
 
     /// Builds the board's program.
@@ -85,7 +97,7 @@ impl Board {
         let folder = shell::root().join("mcu/boards/mps2");
         let target = self.target(features);
         let mut cargo = shell::cargo("build --release --locked --target");
-        cargo.arg(TRIPLE).arg("--target-dir").arg(&target).current_dir(folder);
+        cargo.arg(self.triple()).arg("--target-dir").arg(&target).current_dir(folder);
         if !features.is_empty() {
             cargo.args(["--features", features]);
         }
@@ -165,15 +177,16 @@ fn size() -> Result<()> {
 /// Runs compilers side by side: each ends in one long piece of work for one core.
 fn build(compilers: impl IntoIterator<Item = Command>) -> Result<()> {
     setup::rust_target(TRIPLE)?;
+    setup::rust_target(Board::An385.triple())?;
     shell::run_together(&mut compilers.into_iter().collect::<Vec<_>>())
 }
 
 /// The compilers of every board's program.
-fn programs() -> [Command; 3] {
-    let [first, second] = BOARDS.map(|board| board.compiler(""));
+fn programs() -> [Command; 4] {
+    let [first, second, third] = BOARDS.map(|board| board.compiler(""));
     let mut silicon = shell::cargo("build --release --locked --target-dir");
     silicon.arg(nucleo()).current_dir(shell::root().join("mcu/boards/nucleo-h743zi"));
-    [first, second, silicon]
+    [first, second, third, silicon]
 }
 
 /// Prints what the programs take, and checks that no pixel costs a call of double precision.

@@ -21,6 +21,11 @@ pub(crate) fn boards() -> Vec<Board> {
     given(&[("mps2-an500", "MONORANGE_MPS2_AN500"), ("mps2-an386", "MONORANGE_MPS2_AN386")])
 }
 
+/// Those, and one without a floating-point unit, which takes five times as long.
+pub(crate) fn every_processor() -> Vec<Board> {
+    boards().into_iter().chain(given(&[("mps2-an385", "MONORANGE_MPS2_AN385")])).collect()
+}
+
 /// The board whose program crashes when it is asked to, if that is given.
 pub(crate) fn crashing_board() -> Option<Board> {
     given(&[("mps2-an500", "MONORANGE_MPS2_AN500_CRASH")]).pop()
