@@ -1,4 +1,5 @@
 //! `cargo xtask`: everything that is more than one cargo command. Each task does its own set-up.
+mod c;
 mod demo;
 mod firmware;
 mod house;
@@ -29,6 +30,8 @@ enum Task {
     Web(web::Options),
     /// The npm package: packed, and tried in projects of Node.js and of three Vites
     Npm,
+    /// The C API: its example on this computer and on an emulated board, bit by bit
+    C,
     /// The Python package: as a wheel in a clean environment, and its tests in another one
     Python,
     /// The co-processor: start it in QEMU, test both boards against the host, or show its size
@@ -41,6 +44,7 @@ fn main() -> anyhow::Result<()> {
         Task::Test => test::run(),
         Task::Web(options) => web::run(&options),
         Task::Npm => npm::run(),
+        Task::C => c::test(),
         Task::Python => {
             // With the features of the whole workspace, as the workspace's tests build it.
             shell::run(&mut shell::cargo("build --quiet --bin monorange"))?;

@@ -78,6 +78,12 @@ pub(crate) fn python() -> bool {
     there() || (debian_packages(&["python3", "python3-venv"]).is_ok() && there())
 }
 
+/// Whether there is a C compiler for boards; on Debian and its kin root gets one.
+pub(crate) fn arm_compiler() -> bool {
+    let there = || shell::command("arm-none-eabi-gcc", ["--version"]).output().is_ok();
+    there() || (debian_packages(&["gcc-arm-none-eabi"]).is_ok() && there())
+}
+
 /// Whether a browser can be opened for the person at the machine.
 pub(crate) fn has_display() -> bool {
     !cfg!(target_os = "linux")

@@ -1,5 +1,5 @@
 //! `cargo xtask test`: what CI runs.
-use crate::{firmware, house, npm, python, setup, shell, web};
+use crate::{c, firmware, house, npm, python, setup, shell, web};
 use anyhow::{Result, ensure};
 use std::fs;
 use std::io::Write;
@@ -22,6 +22,7 @@ pub(crate) fn run() -> Result<()> {
     stage("the page", web::test)?;
     stage("the npm package", npm::test)?;
     stage("the Python package", python::test)?;
+    stage("the C API", c::test)?;
     stage("co-processor in QEMU", || firmware::test(FRAMES))?;
     let skipped = fs::read_to_string(skipped_list()).unwrap_or_default();
     eprint!("{skipped}");

@@ -1,0 +1,4 @@
+#include "platform.h"
+#include <stdio.h>
+
+void put(const char *text) { fputs(text, stdout); }
