@@ -1,16 +1,13 @@
 //! `--mcap`: the run as a recording of ROS 2.
 use monorange_formats::{
     Error, Result,
-    bags::Recorder,
+    bags::{MAP_EVERY, Recorder},
     files::{MapPoint, Rig, Stamped, io_error},
 };
 use std::{
     fs::File,
     io::{BufWriter, Seek, SeekFrom},
 };
-
-/// Seconds of the drive from a map to the next.
-const MAP_EVERY: f64 = 1.0;
 
 /// A recording that grows in a file without a name, until it is whole.
 pub struct McapOutput {

@@ -42,6 +42,8 @@ export interface Rig extends RigInput {
   settingsToml: string;
   /** Nobody has calibrated this camera: focal length, centre and lens are supposed. */
   guessed: boolean;
+  /** How wrong the focal length of a camera may be that nobody has calibrated: one standard deviation, as a share of it. */
+  focalStd: number;
   /** Nobody has measured how the camera sits. */
   mountGuessed: boolean;
   /** The file it came from, for messages. */

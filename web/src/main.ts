@@ -38,6 +38,7 @@ const store = new Store({
   setupOpen: false,
   knownPoints: [],
   pickingPoints: false,
+  busy: null,
   secondsLeft: null,
 });
 
@@ -64,11 +65,11 @@ async function start(): Promise<void> {
   for (const id of ['sample', 'empty-sample']) byId(id).addEventListener('click', () => void session.openSample());
   byId('cancel').addEventListener('click', () => session.cancel());
   for (const id of ['camera', 'empty-camera']) byId(id).addEventListener('click', () => void session.openLive());
-  store.on(['phase', 'results', 'sequence'], ({ phase, results, sequence }) => {
+  store.on(['phase', 'results', 'sequence', 'busy'], ({ phase, results, sequence, busy }) => {
     document.body.dataset['phase'] = phase;
     byId('empty').hidden = phase !== 'empty' && phase !== 'starting';
     byId('camera-frame').classList.toggle('is-empty', phase === 'empty' || phase === 'starting');
-    byId('cancel').hidden = phase !== 'running' && phase !== 'live';
+    byId('cancel').hidden = phase !== 'running' && phase !== 'live' && !busy;
     byId('cancel').textContent = phase === 'live' ? 'Stop' : 'Cancel';
     byId('progress').textContent = phase === 'running' ? `${Math.round((100 * results.length) / (sequence?.frames.length ?? 1))} %` : '';
   });

@@ -6,7 +6,8 @@ import { hashOf, withHash } from './app/url.ts';
 import { defaultLayers } from './camera-view/layers.ts';
 import type { Engine } from './engine/client.ts';
 import type { SequenceInfo, SourceFile } from './model/protocol.ts';
-import { guessedRig, type Rig } from './model/rig.ts';
+import { CALIBRATION, CONTAINER, PICTURE, VIDEO } from './model/kinds.ts';
+import { byExif, guessedRig, type Rig } from './model/rig.ts';
 import { count } from './model/units.ts';
 import { LiveCamera } from './sequence/live.ts';
 import { Video } from './sequence/video.ts';
@@ -15,9 +16,6 @@ import type { Player } from './timeline/player.ts';
 /** A video without a calibration is made smaller than this. */
 const MOST_VIDEO_PIXELS = 640 * 480;
 const SAMPLE = { frames: 300, walkers: 3, seed: 1 };
-const VIDEO = /\.(mp4|m4v|webm|mov|mkv|ogv|avi)$/i;
-const PICTURE = /\.(png|jpe?g|webp|bmp|gif|avif|heic|heif|pgm|ppm|pnm|pbm|tiff?)$/i;
-const CALIBRATION = /\.(toml|ya?ml|xml)$/i;
 
 export class PageSession {
   readonly #store: Store;
@@ -47,6 +45,7 @@ export class PageSession {
       if (shown && player.following) player.showWith(last, shown);
       else shown?.picture.close();
     };
+    engine.onBusy = (busy) => store.set({ busy });
     engine.onRestart = () => void this.#recover();
     addEventListener('hashchange', () => this.#setRig(withHash(location.hash, this.#given, defaultLayers()).rig));
   }
@@ -120,7 +119,7 @@ export class PageSession {
     const store = this.#store;
     clearMessages();
     const { phase: before, sequence: open } = store.state;
-    const adds = files !== null && files.length > 0 && open !== null && !files.some(({ path }) => PICTURE.test(path));
+    const adds = files !== null && files.length > 0 && open !== null && !files.some(({ path }) => PICTURE.test(path) || CONTAINER.test(path));
     if (!adds) {
       this.stopLive();
       this.#engine.cancel();
@@ -129,6 +128,7 @@ export class PageSession {
     const back = () => store.set({ phase: before === 'opening' || before === 'running' || before === 'live' ? (open ? 'cancelled' : 'empty') : before });
     try {
       const sequence = await opening();
+      store.set({ busy: null });
       for (const note of sequence.notes) say(note, 'note');
       for (const warning of sequence.warnings) say(warning);
       // Files of no use change nothing: what is on show stays, and goes on.
@@ -155,13 +155,15 @@ export class PageSession {
     } catch (error) {
       back();
       say(sentence(error));
+    } finally {
+      store.set({ busy: null });
     }
   }
 
   /** What was set stays, unless a file brings another. */
   #rigFor(sequence: SequenceInfo, adds: boolean): Rig {
     const now = this.#store.state.rig;
-    const given = sequence.rig ?? guessedRig(sequence.width, sequence.height);
+    const given = sequence.rig ?? byExif(guessedRig(sequence.width, sequence.height), sequence.focal);
     if (!adds || sequence.brought === 'rig' || now.width !== given.width || now.height !== given.height) return given;
     if (sequence.brought === 'camera') return { ...given, mount: now.mount, mountStd: now.mountStd, mountGuessed: now.mountGuessed, settings: now.settings, settingsToml: now.settingsToml };
     return now;
@@ -259,7 +261,7 @@ export class PageSession {
 
 function liveSequence({ width, height }: LiveCamera): SequenceInfo {
   return {
-    name: 'Camera', frames: [], times: new Float64Array(), width, height, rig: null, truth: null, laser: null, motion: 'pictures',
+    name: 'Camera', frames: [], times: new Float64Array(), width, height, rig: null, focal: null, truth: null, laser: null, motion: 'pictures',
     used: true, brought: '', notes: [], warnings: [],
   };
 }

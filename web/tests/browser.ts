@@ -56,9 +56,14 @@ export async function openSite(options: { width?: number; height?: number; dark?
 
 /** The text of a file that the page's export menu saves. */
 export async function exported(page: Page, name: string): Promise<string> {
+  return (await exportedBytes(page, name)).toString('utf8');
+}
+
+/** A file that the page's export menu saves. */
+export async function exportedBytes(page: Page, name: string): Promise<Buffer> {
   await page.click('#export-toggle');
   const [download] = await Promise.all([page.waitForEvent('download'), page.click(`#export-menu button:has-text("${name}")`)]);
-  return readFile(await download.path(), 'utf8');
+  return readFile(await download.path());
 }
 
 /** Whether times mean anything: this process gets a processor when it wants one. */

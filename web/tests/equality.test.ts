@@ -5,7 +5,7 @@ import { appendFile, mkdtemp, readFile, rm, writeFile } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { afterAll, beforeAll, expect, test } from 'vitest';
-import { exported, openSite, waitForPhase, type Site } from './browser.ts';
+import { exported, exportedBytes, openSite, waitForPhase, type Site } from './browser.ts';
 
 /** The command line, as `cargo xtask web --test` has built it. */
 const monorange = process.env['MONORANGE'];
@@ -94,6 +94,31 @@ test.skipIf(!monorange)('without odometry the motion comes from the pictures, by
   await writeFile(damaged, (await readFile(damaged)).subarray(0, 2000));
   const texts = await expectSame(drive, [], ['trajectory.tum', 'trajectory.csv']);
   expect(texts.get('trajectory.tum')?.trim().split('\n')).toHaveLength(11);
+});
+
+test.skipIf(!monorange)('drive.mcap is that of `slam --mcap`, and a recording gives the files of `slam --bag`, byte for byte', async () => {
+  const drive = simulate('recorded', 25);
+  const recording = join(folder, 'recording.mcap');
+  run('slam', `--rig=${join(drive, 'rig.toml')}`, `--frames=${join(drive, 'frames')}`, `--times=${join(drive, 'times.txt')}`,
+    `--odometry=${join(drive, 'odometry.csv')}`, `--out=${drive}-out`, `--mcap=${recording}`);
+  const page = await site.context.newPage();
+  await page.goto(site.address);
+  await waitForPhase(page, 'empty');
+  await page.setInputFiles('#folder', drive);
+  await waitForPhase(page, 'done');
+  const [here, there] = [await exportedBytes(page, 'drive.mcap'), await readFile(recording)];
+  // Bytes in hundreds of thousands: where they differ says more than what they are.
+  expect([here.length, here.findIndex((byte, at) => byte !== there[at])]).toEqual([there.length, -1]);
+  await page.setInputFiles('#files', recording);
+  await expect.poll(() => page.title()).toContain('recording.mcap');
+  await waitForPhase(page, 'done');
+  const rig = join(folder, 'recorded.toml');
+  await writeFile(rig, `${await exported(page, 'rig.toml')}\n[extract]\ncorners = "lines"\n`);
+  run('slam', `--rig=${rig}`, `--bag=${recording}`, `--out=${drive}-again`);
+  for (const name of ['trajectory.tum', 'trajectory.csv', 'map.csv', 'map.ply', 'observations.csv']) {
+    expect(firstDifference(await exported(page, name), await readFile(join(`${drive}-again`, name), 'utf8')), name).toBeNull();
+  }
+  await page.close();
 });
 
 /** README's rig: a camera file of ROS, a mount measured by hand, corners as every target finds them, and the floor's texture. */

@@ -6,6 +6,7 @@ import { join } from 'node:path';
 import { afterAll, beforeAll, beforeEach, expect, test } from 'vitest';
 import { preview, type PreviewServer } from 'vite';
 import { Firefox } from './bidi.ts';
+import { drive } from './mcap.ts';
 import { png } from './pictures.ts';
 
 const path = process.env['FIREFOX'] ?? ['/usr/bin/firefox-esr', '/usr/bin/firefox'].find((path) => existsSync(path));
@@ -55,6 +56,14 @@ test.skipIf(!path)('the sample ends in a map and a result', async () => {
   await firefox.evaluate("document.getElementById('sample').click()");
   await reach('done');
   expect(await text('result')).toMatch(/m driven in 300 pictures; \d+ landmarks/);
+});
+
+test.skipIf(!path)('a recording of ROS 2 is read and driven', async () => {
+  const grey = (k: number) => Buffer.from(Array.from({ length: 320 * 240 }, (_, at) => (at / 320 > 150 + k ? 60 : at % 320 > 150 ? 180 : 120)));
+  await drop([{ name: 'drive.mcap', content: drive([0, 1].map(grey)) }]);
+  await reach('done');
+  expect(await text('status')).toContain('Frame 2 of 2');
+  expect(await text('messages')).toBe('');
 });
 
 test.skipIf(!path)('dropped pictures are decoded and driven', async () => {

@@ -240,7 +240,7 @@ test('without calibration the ranges are marked as a guess', async () => {
 
 test('a text file is refused in words that say what to do', async () => {
   await openFiles([{ name: 'notes.txt', buffer: Buffer.from('hello') }]);
-  await expect.poll(message).toBe('notes.txt is not a picture. Drop pictures (PNG, JPEG, PGM …), a folder of them or a video.\n✕');
+  await expect.poll(message).toBe('notes.txt is not a picture. Drop pictures (PNG, JPEG, PGM …), a folder or ZIP of them, a video or a recording of ROS 2.\n✕');
   expect(await phase(page)).toBe('empty');
 });
 

@@ -71,7 +71,7 @@ test('a setting survives files that are dropped later, and rubbish changes nothi
   expect(await height()).toBe('0.770');
   const before = await exported(page, 'trajectory.tum');
   await openFiles({ 'drive.mcap': 'rubbish' });
-  await expect.poll(message).toContain('drive.mcap is not used: it is a log of ROS');
+  await expect.poll(message).toContain('drive.mcap: is neither MCAP nor a rosbag2 database');
   expect(await phase(page)).toBe('done');
   expect([await height(), await exported(page, 'trajectory.tum')]).toEqual(['0.770', before]);
 });
@@ -126,7 +126,8 @@ test('one ±: a corner’s is that of the floor beside it', async () => {
   expect(Number(std) / Number(range)).toBeGreaterThan(0.05);
 });
 
-test('a photograph is shown upright, as it says', async () => {
+/** A JPEG of 64 × 48 with entries of EXIF data, each a tag and a whole number: of the first directory, and of EXIF's own. */
+async function photo(first: [number, number][], own: [number, number][]): Promise<Buffer> {
   const jpeg = await page.evaluate(async () => {
     const canvas = document.createElement('canvas');
     [canvas.width, canvas.height] = [64, 48];
@@ -134,13 +135,50 @@ test('a photograph is shown upright, as it says', async () => {
     const blob = await new Promise<Blob>((done) => canvas.toBlob((made) => done(made!), 'image/jpeg'));
     return [...new Uint8Array(await blob.arrayBuffer())];
   });
-  const tiff = [0x4d, 0x4d, 0, 42, 0, 0, 0, 8, 0, 1, 0x01, 0x12, 0, 3, 0, 0, 0, 1, 0, 6, 0, 0, 0, 0, 0, 0];
+  const short = ([tag, number]: [number, number]) => [tag >> 8, tag & 255, 0, 3, 0, 0, 0, 1, number >> 8, number & 255, 0, 0];
+  const after = 8 + 2 + 12 * (first.length + 1) + 4;
+  const pointer = [0x87, 0x69, 0, 4, 0, 0, 0, 1, 0, 0, 0, after];
+  const tiff = [0x4d, 0x4d, 0, 42, 0, 0, 0, 8, 0, first.length + 1, ...first.flatMap(short), ...pointer, 0, 0, 0, 0,
+    0, own.length, ...own.flatMap(short), 0, 0, 0, 0];
   const exif = [...Buffer.from('Exif\0\0', 'latin1'), ...tiff];
-  const segment = [0xff, 0xe1, 0, exif.length + 2, ...exif];
-  await openFiles({ 'photo.jpg': Buffer.from([...jpeg.slice(0, 2), ...segment, ...jpeg.slice(2)]) });
+  return Buffer.from([...jpeg.slice(0, 2), 0xff, 0xe1, 0, exif.length + 2, ...exif, ...jpeg.slice(2)]);
+}
+const [ORIENTATION, FILM_FOCAL] = [0x0112, 0xa405];
+
+test('a photograph is shown upright, as it says', async () => {
+  await openFiles({ 'photo.jpg': await photo([[ORIENTATION, 6]], []) });
   await waitForPhase(page, 'done');
   await page.click('#setup-toggle');
   expect(await page.locator('#setup').innerText()).toContain('48 × 64, not calibrated');
+});
+
+test('a photograph’s focal length is where the guess begins, and the guess says so', async () => {
+  await openFiles({ 'photo.jpg': await photo([[ORIENTATION, 6]], []) });
+  await waitForPhase(page, 'done');
+  const box = (await page.locator('#camera-view').boundingBox())!;
+  const share = async () => {
+    await page.mouse.move(box.x + box.width / 2, box.y + box.height * 0.7);
+    await expect.poll(readout).toMatch(/ m ± /);
+    return Number(/± ([\d.]+)/.exec(await readout())![1]) / Number(/^([\d.]+) m/.exec(await readout())![1]);
+  };
+  await setHeight('0.5');
+  await waitForPhase(page, 'done');
+  const wide = await share();
+  await page.goto('about:blank');
+  await page.goto(site.address);
+  await waitForPhase(page, 'empty');
+  await openFiles({ 'photo.jpg': await photo([[ORIENTATION, 6]], [[FILM_FOCAL, 26]]) });
+  await waitForPhase(page, 'done');
+  expect(await status()).toContain('focal from the photo’s EXIF, ± 5 %; how the camera sits is a guess, and so are the ranges');
+  // 26 mm on the film's diagonal of 43.27 mm, on this picture's of 80 pixels.
+  expect(await exported(page, 'rig.toml')).toMatch(/# The camera is not calibrated: focal length \(from the photo’s EXIF\).*\n.*\n.*\n.*\nfocal = \[48\.07\d*, 48\.07/);
+  await setHeight('0.5');
+  await waitForPhase(page, 'done');
+  expect(await status()).toContain('the camera is a guess: focal from the photo’s EXIF, ± 5 %');
+  expect(await share()).toBeLessThan(wide);
+  await page.getByLabel('View angle in °').fill('70');
+  await page.getByLabel('View angle in °').press('Enter');
+  await expect.poll(status).toContain('the camera is a guess, and so are the ranges');
 });
 
 test('a folder of EuRoC’s opens, with its foreign files as notes', async () => {
@@ -186,8 +224,10 @@ test('a car’s floor has a grid of metres that can be told apart', async () => 
 });
 
 test('what cannot be opened says what to do instead', async () => {
-  await openFiles({ 'drive.zip': 'PK' });
-  await expect.poll(message).toContain('drive.zip is not a picture: it is an archive. Unpack it, then drop the folder.');
+  await openFiles({ 'drive.rar': 'Rar!' });
+  await expect.poll(message).toContain('drive.rar is not a picture: it is an archive. Unpack it, or make a ZIP of the folder, then drop that.');
+  await openFiles({ 'drive.bag': '#ROSBAG' });
+  await expect.poll(message).toContain('rosbags-convert --src drive.bag');
   await openFiles({ 'IMG_1.heic': 'ftypheic' });
   await expect.poll(message).toMatch(/IMG_1\.heic: it cannot be decoded .*of a kind that this browser does not know/);
 });

@@ -21,7 +21,11 @@ const BUILDS: [Build; 5] = [
     Build { packages: &[PIPELINE], profile: "wasm", variant: "scalar" },
     // Loaded when needed, and never in a hurry.
     Build {
-        packages: &[("wasm/files", "monorange-wasm-files"), ("wasm/results", "monorange-wasm-results")],
+        packages: &[
+            ("wasm/files", "monorange-wasm-files"),
+            ("wasm/containers", "monorange-wasm-containers"),
+            ("wasm/results", "monorange-wasm-results"),
+        ],
         profile: "wasm-small",
         variant: "scalar",
     },
@@ -49,10 +53,12 @@ const LIMITS: [(&str, &str, u64); 3] = [
 /// What the empty page loads in all, bytes after gzip.
 const FIRST_LOAD: u64 = 330_000;
 /// What it does not load: how the names of the parts begin that come when they are needed.
-const LATER: [&str; 7] = [
+const LATER: [&str; 9] = [
+    "containers",
     "files",
     "pictures",
     "results",
+    "monorange_wasm_containers",
     "monorange_wasm_files",
     "monorange_wasm_pictures",
     "monorange_wasm_results",

@@ -153,6 +153,7 @@ impl Inputs {
             image: self.image_topic.as_deref(),
             odometry: self.odometry_topic.as_deref(),
             camera_info: self.camera_info_topic.as_deref(),
+            fullest: false,
         };
         let recording = Recording::read(bag, choice)?;
         let rig = rig.map_or_else(|| recording.rig(), Ok)?;

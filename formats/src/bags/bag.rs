@@ -1,11 +1,19 @@
-use super::{mcap_file::McapFile, sqlite::Database};
+use super::{
+    mcap_file::{self, McapFile},
+    sqlite::{self, Database},
+};
 use crate::{
     Error, Result,
-    files::{inputs, io_error, natural_order},
+    files::{
+        inputs, io_error,
+        memory::{self, Opened},
+        natural_order,
+    },
 };
 use std::{
     collections::BTreeMap,
     fs,
+    io::Read,
     path::{Path, PathBuf},
 };
 
@@ -58,19 +66,8 @@ impl Bag {
     /// # Errors
     /// When nothing is there, or it is neither MCAP nor SQLite nor a folder that holds such files.
     pub fn open(path: &Path) -> Result<Self> {
-        let failed = |error: std::io::Error| io_error(&error).at(path);
-        let mut paths = vec![path.to_owned()];
-        if fs::metadata(path).map_err(failed)?.is_dir() {
-            paths.clear();
-            for entry in fs::read_dir(path).map_err(failed)? {
-                let file = entry.map_err(failed)?.path();
-                let extension = file.extension().and_then(|extension| extension.to_str());
-                if matches!(extension, Some("mcap" | "db3" | "zstd")) {
-                    paths.push(file);
-                }
-            }
-            paths.sort_by(|a, b| natural_order(&a.to_string_lossy(), &b.to_string_lossy()));
-        }
+        let mut paths = contents(path).map_err(|error| io_error(&error).at(path))?;
+        paths.sort_by(|a, b| natural_order(&a.to_string_lossy(), &b.to_string_lossy()));
         if paths.is_empty() {
             let error = Error::new("the folder holds no .mcap and no .db3 file").at(path);
             return Err(error.help("name a recording: an .mcap file, a .db3 file or rosbag2's folder"));
@@ -84,25 +81,9 @@ impl Bag {
         &self.path
     }
 
-    /// Shows every message to `visit`, in the files' order; gives all topics and what is wrong with the files' ends.
-    pub(super) fn scan(
-        &self,
-        visit: &mut dyn FnMut(&Passing<'_>) -> Result<()>,
-    ) -> Result<(Vec<Topic>, Vec<Error>)> {
-        let (mut topics, mut warnings) = (BTreeMap::new(), Vec::new());
-        for (file, store) in self.files.iter().enumerate() {
-            let (found, warning) = match store {
-                Store::Mcap(mcap) => mcap.scan(file, visit)?,
-                Store::Sqlite(database) => (database.scan(file, visit)?, None),
-            };
-            warnings.extend(warning);
-            for topic in found {
-                let known =
-                    topics.entry(topic.name.clone()).or_insert(Topic { messages: 0, ..topic.clone() });
-                known.messages += topic.messages;
-            }
-        }
-        Ok((topics.into_values().collect(), warnings))
+    /// Bytes of its files together.
+    pub(super) fn length(&self) -> u64 {
+        self.files.iter().map(Store::length).sum()
     }
 
     /// The bytes of a message that passed.
@@ -115,7 +96,105 @@ impl Bag {
     }
 }
 
+/// Goes through a recording's messages once, in the files' order, a stretch at a time.
+#[derive(Default)]
+pub(super) struct Walk {
+    file: usize,
+    store: Option<StoreWalk>,
+    topics: BTreeMap<String, Topic>,
+    /// What is wrong with the files' ends.
+    warnings: Vec<Error>,
+    /// Bytes of the files that are done.
+    done: u64,
+}
+
+enum StoreWalk {
+    Mcap(Box<mcap_file::Walk>),
+    Sqlite(sqlite::Walk),
+}
+
+impl Walk {
+    /// Shows the messages in about so many bytes more to `visit`; whether there are others.
+    pub(super) fn go_on(
+        &mut self,
+        bag: &Bag,
+        bytes: u64,
+        visit: &mut dyn FnMut(&Passing<'_>) -> Result<()>,
+    ) -> Result<bool> {
+        let Some(store) = bag.files.get(self.file) else { return Ok(false) };
+        let walk = match &mut self.store {
+            Some(walk) => walk,
+            none => none.insert(match store {
+                Store::Mcap(mcap) => StoreWalk::Mcap(Box::new(mcap.walk()?)),
+                Store::Sqlite(database) => StoreWalk::Sqlite(database.walk()?),
+            }),
+        };
+        let more = match (store, &mut *walk) {
+            (Store::Mcap(mcap), StoreWalk::Mcap(walk)) => walk.go_on(mcap, self.file, bytes, visit)?,
+            (Store::Sqlite(database), StoreWalk::Sqlite(walk)) => {
+                walk.go_on(database, self.file, bytes, visit)?
+            }
+            _ => false,
+        };
+        if more {
+            return Ok(true);
+        }
+        let (found, warning) = match (store, self.store.take()) {
+            (Store::Mcap(mcap), Some(StoreWalk::Mcap(walk))) => walk.end(mcap),
+            (_, Some(StoreWalk::Sqlite(walk))) => (walk.end(), None),
+            _ => (Vec::new(), None),
+        };
+        self.warnings.extend(warning);
+        for topic in found {
+            let known =
+                self.topics.entry(topic.name.clone()).or_insert(Topic { messages: 0, ..topic.clone() });
+            known.messages += topic.messages;
+        }
+        (self.file, self.done) = (self.file + 1, self.done + store.length());
+        Ok(self.file < bag.files.len())
+    }
+
+    /// Bytes that are done.
+    pub(super) fn done(&self) -> u64 {
+        let here = self.store.as_ref().map_or(0, |walk| match walk {
+            StoreWalk::Mcap(walk) => walk.done(),
+            StoreWalk::Sqlite(walk) => walk.done(),
+        });
+        self.done + here
+    }
+
+    /// All topics, and what is wrong with the files' ends.
+    pub(super) fn end(self) -> (Vec<Topic>, Vec<Error>) {
+        (self.topics.into_values().collect(), self.warnings)
+    }
+}
+
+/// The file itself, or the files of a recording's folder.
+fn contents(path: &Path) -> std::io::Result<Vec<PathBuf>> {
+    let is_part = |file: &PathBuf| {
+        let extension = file.extension().and_then(|extension| extension.to_str());
+        matches!(extension, Some("mcap" | "db3" | "zstd"))
+    };
+    let inside: Vec<_> = memory::inside(path).into_iter().filter(is_part).collect();
+    if memory::holds(path) {
+        return Ok(vec![path.to_owned()]);
+    } else if !inside.is_empty() {
+        return Ok(inside);
+    } else if !fs::metadata(path)?.is_dir() {
+        return Ok(vec![path.to_owned()]);
+    }
+    let files = fs::read_dir(path)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<_>>>()?;
+    Ok(files.into_iter().filter(is_part).collect())
+}
+
 impl Store {
+    fn length(&self) -> u64 {
+        match self {
+            Self::Mcap(mcap) => mcap.length(),
+            Self::Sqlite(database) => database.length(),
+        }
+    }
+
     fn open(path: &Path) -> Result<Self> {
         let start = first_bytes(path).map_err(|error| io_error(&error).at(path))?;
         inputs::note(path);
@@ -137,8 +216,7 @@ impl Store {
 }
 
 fn first_bytes(path: &Path) -> std::io::Result<Vec<u8>> {
-    use std::io::Read;
     let mut start = Vec::new();
-    fs::File::open(path)?.take(16).read_to_end(&mut start)?;
+    Opened::open(path)?.take(16).read_to_end(&mut start)?;
     Ok(start)
 }

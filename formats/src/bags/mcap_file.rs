@@ -1,6 +1,9 @@
 //! MCAP: records in chunks, which may be packed.
 use super::bag::{Passing, Place, Topic};
-use crate::{Error, Result, files::io_error};
+use crate::{
+    Error, Result,
+    files::{io_error, memory::Opened},
+};
 use mcap::{
     McapError,
     records::{Record, op::FOOTER},
@@ -8,7 +11,6 @@ use mcap::{
 };
 use std::{
     collections::HashMap,
-    fs::File,
     io::{BufReader, Read, Seek, SeekFrom},
     path::{Path, PathBuf},
     sync::{Mutex, PoisonError},
@@ -17,6 +19,8 @@ use std::{
 /// Bytes of the mark that a file begins with, and of a record's head: its kind and its length.
 const MAGIC: u64 = 8;
 const HEAD: u64 = 9;
+/// Bytes that are read at once.
+const AT_ONCE: usize = 1 << 16;
 /// More than a record of a camera has; beyond it a length is damage.
 const LONGEST: usize = 1 << 30;
 
@@ -24,6 +28,7 @@ const LONGEST: usize = 1 << 30;
 #[derive(Debug)]
 pub(super) struct McapFile {
     path: PathBuf,
+    length: u64,
     unpacked: Mutex<Option<(u64, Vec<u8>)>>,
 }
 
@@ -36,43 +41,30 @@ struct Channels {
 
 impl McapFile {
     pub(super) fn open(path: &Path) -> Result<Self> {
-        Ok(Self { path: path.to_owned(), unpacked: Mutex::default() })
+        let length = Opened::open(path).and_then(|file| file.length());
+        let length = length.map_err(|error| io_error(&error).at(path))?;
+        Ok(Self { path: path.to_owned(), length, unpacked: Mutex::default() })
     }
 
-    /// Shows every message to `visit`; a file that is cut short gives what is there, and a warning.
-    pub(super) fn scan(
-        &self,
-        file: usize,
-        visit: &mut dyn FnMut(&Passing<'_>) -> Result<()>,
-    ) -> Result<(Vec<Topic>, Option<Error>)> {
-        let mut channels = Channels::default();
-        let (mut at, mut complete) = (MAGIC, false);
-        let ended = self.records(&mut |kind, body| {
-            let record = mcap::parse_record(kind, body).map_err(|error| self.damaged(&error))?;
-            let place = |index| Place { file, at, index };
-            if let Record::Chunk { header, data } = &record {
-                let content = self.unpack(&header.compression, header.uncompressed_size, data)?;
-                let within = mcap::read::LinearReader::sans_magic(&content);
-                for (index, record) in within.enumerate() {
-                    let record = record.map_err(|error| self.damaged(&error))?;
-                    channels.pass(&record, place(index), visit)?;
-                }
-            } else {
-                channels.pass(&record, place(0), visit)?;
-            }
-            at += HEAD + body.len() as u64;
-            complete |= kind == FOOTER;
-            Ok(())
-        })?;
-        // Cut between two records it has no error, and no footer.
-        let why = ended.map(|error| error.to_string());
-        let why = why.or_else(|| (!complete).then(|| "no footer".to_owned()));
-        let warning = why.map(|why| {
-            Error::new(format!("ends early ({why}): what is before is used"))
-                .at(&self.path)
-                .help("`mcap recover` mends the file")
-        });
-        Ok((channels.topics.into_values().collect(), warning))
+    pub(super) fn length(&self) -> u64 {
+        self.length
+    }
+
+    /// From the first message on.
+    pub(super) fn walk(&self) -> Result<Walk> {
+        let file = Opened::open(&self.path).map_err(|error| io_error(&error).at(&self.path))?;
+        let options = LinearReaderOptions::default()
+            .with_emit_chunks(true)
+            .with_skip_end_magic(true)
+            .with_record_length_limit(LONGEST);
+        Ok(Walk {
+            file: BufReader::with_capacity(AT_ONCE, file),
+            reader: LinearReader::new_with_options(options),
+            channels: Channels::default(),
+            at: MAGIC,
+            complete: false,
+            ended: None,
+        })
     }
 
     /// The bytes of the message that passed as record `index` of what is at byte `at`.
@@ -93,7 +85,7 @@ impl McapFile {
     /// The records of the chunk at byte `at`, or the record there if it is no chunk.
     fn content(&self, at: u64) -> Result<Vec<u8>> {
         let failed = |error: std::io::Error| io_error(&error).at(&self.path);
-        let mut file = File::open(&self.path).map_err(failed)?;
+        let mut file = Opened::open(&self.path).map_err(failed)?;
         file.seek(SeekFrom::Start(at)).map_err(failed)?;
         let mut head = [0; HEAD as usize];
         file.read_exact(&mut head).map_err(failed)?;
@@ -107,31 +99,6 @@ impl McapFile {
             }
             _ => Ok(record),
         }
-    }
-
-    /// Shows every record to `visit`, and says what ended the file before its end.
-    fn records(&self, visit: &mut dyn FnMut(u8, &[u8]) -> Result<()>) -> Result<Option<McapError>> {
-        let failed = |error: std::io::Error| io_error(&error).at(&self.path);
-        let mut file = BufReader::new(File::open(&self.path).map_err(failed)?);
-        let options = LinearReaderOptions::default()
-            .with_emit_chunks(true)
-            .with_skip_end_magic(true)
-            .with_record_length_limit(LONGEST);
-        let mut reader = LinearReader::new_with_options(options);
-        while let Some(event) = reader.next_event() {
-            match event {
-                Ok(LinearReadEvent::ReadRequest(bytes)) => {
-                    let read = file.read(reader.insert(bytes)).map_err(failed)?;
-                    reader.notify_read(read);
-                }
-                Ok(LinearReadEvent::Record { data, opcode }) => visit(opcode, data)?,
-                Err(error @ (McapError::UnexpectedEof | McapError::RecordTooLarge { .. })) => {
-                    return Ok(Some(error));
-                }
-                Err(error) => return Err(self.damaged(&error)),
-            }
-        }
-        Ok(None)
     }
 
     fn unpack(&self, compression: &str, size: u64, data: &[u8]) -> Result<Vec<u8>> {
@@ -158,6 +125,82 @@ impl McapFile {
         Error::new(format!("is damaged: {error}"))
             .at(&self.path)
             .help("`mcap recover` saves what is whole, or record the drive again")
+    }
+}
+
+/// On its way from a file's first message to its last.
+pub(super) struct Walk {
+    file: BufReader<Opened>,
+    reader: LinearReader,
+    channels: Channels,
+    /// Where the next record begins.
+    at: u64,
+    /// Whether the footer passed.
+    complete: bool,
+    /// What ended the file before its end.
+    ended: Option<McapError>,
+}
+
+impl Walk {
+    /// Shows the messages in about so many bytes more to `visit`; whether there are others. A file that is cut short
+    /// gives what is there.
+    pub(super) fn go_on(
+        &mut self,
+        mcap: &McapFile,
+        file: usize,
+        bytes: u64,
+        visit: &mut dyn FnMut(&Passing<'_>) -> Result<()>,
+    ) -> Result<bool> {
+        let until = self.at + bytes;
+        while self.at < until {
+            let (kind, body) = match self.reader.next_event() {
+                None => return Ok(false),
+                Some(Ok(LinearReadEvent::ReadRequest(bytes))) => {
+                    let read = self.file.read(self.reader.insert(bytes));
+                    self.reader.notify_read(read.map_err(|error| io_error(&error).at(&mcap.path))?);
+                    continue;
+                }
+                Some(Ok(LinearReadEvent::Record { data, opcode })) => (opcode, data),
+                Some(Err(error @ (McapError::UnexpectedEof | McapError::RecordTooLarge { .. }))) => {
+                    self.ended = Some(error);
+                    return Ok(false);
+                }
+                Some(Err(error)) => return Err(mcap.damaged(&error)),
+            };
+            let record = mcap::parse_record(kind, body).map_err(|error| mcap.damaged(&error))?;
+            let place = |index| Place { file, at: self.at, index };
+            if let Record::Chunk { header, data } = &record {
+                let content = mcap.unpack(&header.compression, header.uncompressed_size, data)?;
+                let within = mcap::read::LinearReader::sans_magic(&content);
+                for (index, record) in within.enumerate() {
+                    let record = record.map_err(|error| mcap.damaged(&error))?;
+                    self.channels.pass(&record, place(index), visit)?;
+                }
+            } else {
+                self.channels.pass(&record, place(0), visit)?;
+            }
+            self.at += HEAD + body.len() as u64;
+            self.complete |= kind == FOOTER;
+        }
+        Ok(true)
+    }
+
+    /// Bytes that are done.
+    pub(super) fn done(&self) -> u64 {
+        self.at
+    }
+
+    /// The topics, and what is wrong with the file's end.
+    pub(super) fn end(self, mcap: &McapFile) -> (Vec<Topic>, Option<Error>) {
+        // Cut between two records it has no error, and no footer.
+        let why = self.ended.map(|error| error.to_string());
+        let why = why.or_else(|| (!self.complete).then(|| "no footer".to_owned()));
+        let warning = why.map(|why| {
+            Error::new(format!("ends early ({why}): what is before is used"))
+                .at(&mcap.path)
+                .help("`mcap recover` mends the file")
+        });
+        (self.channels.topics.into_values().collect(), warning)
     }
 }
 

@@ -2,15 +2,13 @@ use super::schemas::{full_name, layout};
 use crate::{
     Error, Result,
     files::{MapPoint, Rig, Stamped},
+    pictures::Picture,
 };
-use mcap::{WriteOptions, records::MessageHeader};
-use monorange_core::geometry::Lens;
+use mcap::{WriteOptions, records::MessageHeader, write::NoSeek};
+use monorange_core::geometry::{Camera, Lens};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use re_cdr::{CdrWriter, LittleEndian};
-use std::{
-    collections::BTreeMap,
-    io::{Seek, Write},
-};
+use std::{collections::BTreeMap, io::Write};
 
 type Body<'a> = CdrWriter<'a, LittleEndian>;
 
@@ -35,6 +33,9 @@ enum Topic {
     Fixed,
 }
 
+/// Seconds of the drive from a map to the next, where a run is recorded.
+pub const MAP_EVERY: f64 = 1.0;
+
 const WORLD: &str = "map";
 const ROBOT: &str = "base_link";
 const CAMERA: &str = "camera_optical_frame";
@@ -47,17 +48,19 @@ const CAMERA: &str = "camera_optical_frame";
 /// | `/monorange/pose` | `geometry_msgs/PoseWithCovarianceStamped` |
 /// | `/monorange/map` | `sensor_msgs/PointCloud2`: `x`, `y`, `z`, `id`, `sigma` (the larger standard deviation, m) |
 /// | `/monorange/overlay/compressed` | `sensor_msgs/CompressedImage`: JPEG with lines, corners, grid and horizon |
-/// | `/monorange/camera_info`, `/tf`, `/tf_static` | the camera, the robot's pose and the mount |
-pub struct Recorder<W: Write + Seek> {
-    writer: mcap::Writer<W>,
+/// | `/monorange/camera_info`, `/tf`, `/tf_static` | the camera of the overlay's size, the robot's pose and the mount |
+pub struct Recorder<W: Write> {
+    writer: mcap::Writer<NoSeek<W>>,
     channels: Vec<u16>,
-    camera: Vec<u8>,
+    camera: Camera<f64>,
+    /// Its message for the overlays, after the header.
+    camera_info: Vec<u8>,
     fixed: Vec<u8>,
     last: Option<Stamped>,
     sequence: u32,
 }
 
-impl<W: Write + Seek> Recorder<W> {
+impl<W: Write> Recorder<W> {
     /// A recording of what a rig's camera sees.
     ///
     /// # Errors
@@ -65,9 +68,10 @@ impl<W: Write + Seek> Recorder<W> {
     pub fn new(out: W, rig: &Rig) -> Result<Self> {
         let options = WriteOptions::new()
             .compression(None)
+            .disable_seeking(true)
             .profile("ros2")
             .library(concat!("monorange ", env!("CARGO_PKG_VERSION")));
-        let mut writer = options.create(out).map_err(unwritten)?;
+        let mut writer = options.create(NoSeek::new(out)).map_err(unwritten)?;
         let mut channels = Vec::new();
         for (topic, kind) in TOPICS {
             let schema = writer.add_schema(&full_name(kind), "ros2msg", layout(kind).as_bytes());
@@ -81,8 +85,8 @@ impl<W: Write + Seek> Recorder<W> {
         let mut body = Body::new(&mut fixed);
         body.write_sequence_length(1);
         transform(&mut body, 0.0, ROBOT, CAMERA, [forward, left, height], turn.coords.into());
-        let camera = camera_info(rig);
-        Ok(Self { writer, channels, camera, fixed, last: None, sequence: 0 })
+        let camera = *rig.finder.camera();
+        Ok(Self { writer, channels, camera, camera_info: Vec::new(), fixed, last: None, sequence: 0 })
     }
 
     /// Adds the landmarks as they are at a time (s).
@@ -131,13 +135,17 @@ impl<W: Write + Seek> Recorder<W> {
             body.write_string("jpeg");
             body.write_bytes(overlay);
         })?;
-        let camera = std::mem::take(&mut self.camera);
+        if self.camera_info.is_empty() {
+            let width = Picture::size_of(overlay).map_or(0, |[width, _]| width);
+            self.camera_info = camera_info(&self.camera, (width / self.camera.width()).max(1));
+        }
+        let camera_info = std::mem::take(&mut self.camera_info);
         self.write(Topic::CameraInfo, time, |body| {
             header(body, time, CAMERA);
             body.align(4);
-            body.buffer_mut().extend_from_slice(&camera);
+            body.buffer_mut().extend_from_slice(&camera_info);
         })?;
-        self.camera = camera;
+        self.camera_info = camera_info;
         self.last = Some(*pose);
         Ok(())
     }
@@ -148,7 +156,7 @@ impl<W: Write + Seek> Recorder<W> {
     /// When nothing can be written.
     pub fn finish(mut self) -> Result<W> {
         self.writer.finish().map_err(unwritten)?;
-        Ok(self.writer.into_inner())
+        Ok(self.writer.into_inner().into_inner())
     }
 
     fn write(&mut self, topic: Topic, time: f64, content: impl FnOnce(&mut Body<'_>)) -> Result<()> {
@@ -254,16 +262,18 @@ fn cloud(body: &mut Body<'_>, time: f64, points: &[MapPoint]) {
     body.write_bool(true);
 }
 
-/// A camera_info after its header, which ends at a multiple of four bytes here.
-fn camera_info(rig: &Rig) -> Vec<u8> {
-    let camera = rig.finder.camera();
+/// A camera_info after its header, which ends at a multiple of four bytes here, of pictures that are enlarged by a whole factor.
+fn camera_info(camera: &Camera<f64>, factor: usize) -> Vec<u8> {
     let model = match camera.lens() {
         Lens::BrownConrady(_) => "plumb_bob",
         Lens::Rational { .. } => "rational_polynomial",
         Lens::Equidistant(_) => "equidistant",
     };
     let coefficients = camera.lens().coefficients();
-    let ([fu, fv], [u0, v0]) = (camera.focal().into(), camera.principal().into());
+    let enlarged = factor as f64;
+    let [fu, fv] = <[f64; 2]>::from(camera.focal()).map(|focal| focal * enlarged);
+    // Of the first pixel the middle is at 0, in both sizes.
+    let [u0, v0] = <[f64; 2]>::from(camera.principal()).map(|place| (place + 0.5) * enlarged - 0.5);
     let shear = camera.skew() * fu;
     let mut data = Vec::new();
     // Where the header ends decides what is filled up: it is put in front, and taken off again.
@@ -271,8 +281,8 @@ fn camera_info(rig: &Rig) -> Vec<u8> {
     header(&mut body, 0.0, CAMERA);
     body.align(4);
     let head = body.position();
-    body.write_u32(camera.height() as u32);
-    body.write_u32(camera.width() as u32);
+    body.write_u32((camera.height() * factor) as u32);
+    body.write_u32((camera.width() * factor) as u32);
     body.write_string(model);
     body.write_sequence_length(coefficients.len());
     numbers(&mut body, &coefficients);

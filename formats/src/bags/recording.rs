@@ -1,7 +1,9 @@
 use super::{
-    bag::{Bag, Passing, Place, Topic},
-    messages::{self, CameraInfo, Link, Moved, Stamp, seconds},
+    bag::{Bag, Place},
+    choice::{CAMERA, Choice, Chooser, IMAGE, ODOMETRY, PACKED},
+    messages::{self, CameraInfo, Link, Moved, seconds},
     mount, picture,
+    reading::{Reading, Sight},
 };
 use crate::{
     Error, Result,
@@ -14,17 +16,6 @@ use std::{
     sync::Arc,
 };
 
-/// Which topics to take; one that is not named is found by its type, if there is only one.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Choice<'a> {
-    /// Of `sensor_msgs/msg/Image` or `CompressedImage`.
-    pub image: Option<&'a str>,
-    /// Of `nav_msgs/msg/Odometry`; without one the motion comes from the pictures.
-    pub odometry: Option<&'a str>,
-    /// Of `sensor_msgs/msg/CameraInfo`.
-    pub camera_info: Option<&'a str>,
-}
-
 /// What `slam` takes from a recording.
 #[derive(Debug)]
 pub struct Recording {
@@ -35,6 +26,8 @@ pub struct Recording {
     /// What the wheels say.
     pub odometry: Option<Odometry>,
     path: PathBuf,
+    /// The odometry as the file of that name.
+    wheels: Option<String>,
     camera_info: Option<CameraInfo>,
     /// By the child's frame.
     links: BTreeMap<String, Link>,
@@ -52,46 +45,25 @@ pub struct Frame {
     name: PathBuf,
 }
 
-/// A picture that passed: stamp, when it was recorded, its frame, its size if that can be seen.
-struct Sight {
-    stamp: Stamp,
-    recorded: u64,
-    frame: String,
-    size: Option<[usize; 2]>,
-    place: Place,
-}
-
-/// All that passed, by topic.
-#[derive(Default)]
-struct Passed {
-    pictures: BTreeMap<String, Vec<Sight>>,
-    moved: BTreeMap<String, Vec<Moved>>,
-    cameras: BTreeMap<String, CameraInfo>,
-    links: BTreeMap<String, Link>,
-}
-
-const IMAGE: &str = "sensor_msgs/msg/Image";
-const PACKED: &str = "sensor_msgs/msg/CompressedImage";
-const ODOMETRY: &str = "nav_msgs/msg/Odometry";
-const CAMERA: &str = "sensor_msgs/msg/CameraInfo";
-
 impl Recording {
     /// The chosen topics of the recording at `path`.
     ///
     /// # Errors
     /// When it cannot be read, a topic is not there or of another type (all are listed then), or several could be meant.
     pub fn read(path: &Path, choice: Choice<'_>) -> Result<Self> {
-        let bag = Arc::new(Bag::open(path)?);
-        let mut passed = Passed::default();
-        let (topics, ends) = bag.scan(&mut |passing| {
-            passed.note(passing).map_err(|error| {
-                let (topic, path) = (&passing.topic.name, bag.path().display());
-                Error::new(format!("a message of {topic} cannot be read: {error}"))
-                    .at(path.to_string())
-                    .help("record the drive again, or name another topic")
-            })
-        })?;
-        let chooser = Chooser { path, topics: &topics };
+        let mut reading = Reading::begin(path)?;
+        while reading.go_on(u64::MAX / 2)? {}
+        Self::of(reading, choice)
+    }
+
+    /// The chosen topics of a recording that was read to its end.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn of(reading: Reading, choice: Choice<'_>) -> Result<Self> {
+        let (bag, mut passed, topics, ends) = reading.end();
+        let path = bag.path();
+        let chooser = Chooser { path, topics: &topics, fullest: choice.fullest };
         let image = chooser.choose("--image-topic", choice.image, &[IMAGE, PACKED])?.ok_or_else(|| {
             if ends.is_empty() {
                 let error = Error::new(format!("holds no pictures{}", chooser.list())).at(path);
@@ -104,7 +76,14 @@ impl Recording {
         let beside = format!("{}/camera_info", parent(image.name.trim_end_matches("/compressed")));
         let camera = match choice.camera_info {
             None if passed.cameras.contains_key(&beside) => Some(beside),
-            named => chooser.choose("--camera-info-topic", named, &[CAMERA])?.map(|topic| topic.name.clone()),
+            // Another camera's would be worse than none.
+            named => {
+                match (Chooser { fullest: false, ..chooser }).choose("--camera-info-topic", named, &[CAMERA])
+                {
+                    Err(_) if choice.fullest => None,
+                    chosen => chosen?.map(|topic| topic.name.clone()),
+                }
+            }
         };
         ends.into_iter().for_each(Error::warn);
         let mut sights = passed.pictures.remove(&image.name).unwrap_or_default();
@@ -128,8 +107,13 @@ impl Recording {
         left_out(before - sights.len(), "have the stamp of another one");
         let moved = odometry.and_then(|topic| passed.moved.remove(&topic.name));
         let robot_frame = moved.as_ref().and_then(|moved| moved.first()).map(|moved| moved.frame.clone());
-        let odometry = match (moved, odometry) {
-            (Some(moved), Some(topic)) => Some(wheels(path, &topic.name, moved)?),
+        let wheels = moved.map(wheels);
+        let odometry = match (&wheels, odometry) {
+            (Some(text), Some(topic)) => {
+                // As a file of the same numbers: what holds for those holds here.
+                let place = PathBuf::from(format!("{}, {}", path.display(), topic.name));
+                Some(Odometry::from_table(&Table::parse(&place, text)?)?)
+            }
             _ => None,
         };
         if let Some([start, end]) = odometry.as_ref().map(Odometry::range) {
@@ -147,6 +131,7 @@ impl Recording {
             frames: sights.iter().enumerate().map(frame).collect(),
             times: sights.iter().map(|sight| seconds(sight.stamp)).collect(),
             odometry,
+            wheels,
             path: path.to_owned(),
             camera_info: camera.and_then(|camera| passed.cameras.remove(&camera)),
             links: passed.links,
@@ -182,21 +167,39 @@ impl Recording {
     /// # Errors
     /// When it holds no camera_info, its lens model is not supported, or no transforms lead from the camera to the robot.
     pub fn rig(&self) -> Result<Rig> {
-        let camera = self.camera_info.as_ref().ok_or_else(|| {
+        let camera = self.camera_info().ok_or_else(|| {
             Error::new("has no camera_info for its pictures")
                 .at(&self.path)
                 .help("name it with --camera-info-topic, or give --rig")
         })?;
+        let (place, rig) = (self.path.join("rig.toml"), self.rig_file()?);
+        memory::offer(self.path.join("camera_info.yaml"), camera.to_owned().into_bytes());
+        Rig::parse(&place, &rig)
+    }
+
+    /// The mount as a rig file, which names the camera file `camera_info.yaml` beside it: what holds for those that
+    /// people write holds for this one.
+    ///
+    /// # Errors
+    /// When no transforms lead from the camera to the robot.
+    pub fn rig_file(&self) -> Result<String> {
         let mount = mount::from_links(&self.links, &self.camera_frame, &self.robot_frame)
             .map_err(|error| error.at(&self.path))?;
-        // A rig file in memory: what holds for those that people write holds for this one.
         let mut rig = "camera_info = \"camera_info.yaml\"\n[mount]\n".to_owned();
         for ((key, _, unit), value) in MOUNT_KEYS.into_iter().zip(mount.parameters()) {
             rig += &format!("{key} = {:?}\n", value / unit);
         }
-        let place = self.path.join("rig.toml");
-        memory::offer(self.path.join("camera_info.yaml"), camera.yaml.clone().into_bytes());
-        Rig::parse(&place, &rig)
+        Ok(rig)
+    }
+
+    /// The camera as the file `camera_info.yaml`, where the recording has one.
+    pub fn camera_info(&self) -> Option<&str> {
+        self.camera_info.as_ref().map(|camera| camera.yaml.as_str())
+    }
+
+    /// The odometry as the file `odometry.csv`, where the recording has some.
+    pub fn wheels(&self) -> Option<&str> {
+        self.wheels.as_deref()
     }
 }
 
@@ -228,115 +231,13 @@ impl Frame {
     }
 }
 
-impl Passed {
-    fn note(&mut self, passing: &Passing<'_>) -> std::result::Result<(), re_cdr::Error> {
-        let Passing { topic, recorded, data, place } = *passing;
-        if topic.encoding != "cdr" {
-            return Ok(());
-        }
-        let name = || topic.name.clone();
-        let mut sight = |stamp, frame: &str, size| {
-            let sight = Sight { stamp, recorded, frame: frame.to_owned(), size, place };
-            self.pictures.entry(name()).or_default().push(sight);
-        };
-        match topic.kind.as_str() {
-            IMAGE => {
-                let image = messages::image(data)?;
-                sight(image.head.stamp, image.head.frame, Some([image.width, image.height]));
-            }
-            PACKED => {
-                let image = messages::compressed_image(data)?;
-                if !image.format.contains("compressedDepth") {
-                    sight(image.head.stamp, image.head.frame, Picture::size_of(image.data));
-                }
-            }
-            ODOMETRY => self.moved.entry(name()).or_default().push(messages::odometry(data)?),
-            CAMERA => {
-                self.cameras.insert(name(), messages::camera_info(data)?);
-            }
-            "tf2_msgs/msg/TFMessage" => {
-                for link in messages::transforms(data)? {
-                    // Of frames that move the first pose counts; a camera's mount does not.
-                    self.links.entry(link.child.clone()).or_insert(link);
-                }
-            }
-            _ => {}
-        }
-        Ok(())
-    }
-}
-
-/// Finds topics by name or by type.
-struct Chooser<'a> {
-    path: &'a Path,
-    topics: &'a [Topic],
-}
-
-impl<'a> Chooser<'a> {
-    fn choose(&self, option: &str, named: Option<&str>, kinds: &[&str]) -> Result<Option<&'a Topic>> {
-        let fits = |topic: &&Topic| kinds.contains(&topic.kind.as_str());
-        if let Some(name) = named {
-            let found = self
-                .topics
-                .iter()
-                .find(|topic| topic.name.trim_start_matches('/') == name.trim_start_matches('/'));
-            let cause = match found {
-                None => format!("has no topic {name}{}", self.list()),
-                Some(topic) if !fits(&topic) => {
-                    format!("the topic {name} is of type {}, not {}", topic.kind, kinds.join(" or "))
-                }
-                Some(topic) => return self.readable(topic).map(Some),
-            };
-            return Err(Error::new(cause).at(self.path).help(format!("correct {option}")));
-        }
-        let mut fitting: Vec<_> =
-            self.topics.iter().filter(fits).filter(|topic| topic.messages > 0).collect();
-        // A picture that is there raw and packed is one picture.
-        let raw: Vec<_> = fitting.iter().map(|topic| topic.name.clone()).collect();
-        fitting.retain(|topic| {
-            topic.name.rsplit_once('/').is_none_or(|(base, last)| {
-                !(last.starts_with("compressed") && raw.iter().any(|name| name == base))
-            })
-        });
-        match fitting.as_slice() {
-            [] => Ok(None),
-            [one] => self.readable(one).map(Some),
-            several => {
-                let names: Vec<_> = several.iter().map(|topic| topic.name.as_str()).collect();
-                let cause = format!("several topics could be meant: {}", names.join(", "));
-                Err(Error::new(cause).at(self.path).help(format!("name one of them with {option}")))
-            }
-        }
-    }
-
-    fn readable(&self, topic: &'a Topic) -> Result<&'a Topic> {
-        if topic.encoding == "cdr" {
-            return Ok(topic);
-        }
-        let cause =
-            format!("the messages of {} are encoded as `{}`, not as `cdr`", topic.name, topic.encoding);
-        Err(Error::new(cause).at(self.path).help("give a recording of ROS 2"))
-    }
-
-    fn list(&self) -> String {
-        let lines = self
-            .topics
-            .iter()
-            .map(|topic| format!("\n    {} ({}, {})", topic.name, topic.kind, topic.messages));
-        match self.topics.is_empty() {
-            true => "; it holds no topic at all".to_owned(),
-            false => format!("; its topics are{}", lines.collect::<String>()),
-        }
-    }
-}
-
 /// The namespace that a topic is in.
 fn parent(topic: &str) -> &str {
     topic.rsplit_once('/').map_or("", |(parent, _)| parent)
 }
 
 /// The odometry in messages: their speeds, which hold until the next message; where these are all 0, what their poses differ by.
-fn wheels(path: &Path, topic: &str, mut moved: Vec<Moved>) -> Result<Odometry> {
+fn wheels(mut moved: Vec<Moved>) -> String {
     moved.sort_by_key(|moved| moved.stamp);
     moved.dedup_by_key(|moved| moved.stamp);
     let speeds = moved.iter().any(|moved| moved.speeds != [0.0; 2]);
@@ -354,7 +255,5 @@ fn wheels(path: &Path, topic: &str, mut moved: Vec<Moved>) -> Result<Odometry> {
             before = *odom_from_robot;
         }
     }
-    // As a file of the same numbers: what holds for those holds here.
-    let place = PathBuf::from(format!("{}, {topic}", path.display()));
-    Odometry::from_table(&Table::parse(&place, &text)?)
+    text
 }

@@ -3,10 +3,12 @@
 //! Only what a recording needs: tables are walked from the first row to the last, nothing is looked up or written.
 //! `topics(id, name, type, serialization_format, …)` and `messages(id, topic_id, timestamp, data)`.
 use super::bag::{Passing, Place, Topic};
-use crate::{Error, Result, files::io_error};
+use crate::{
+    Error, Result,
+    files::{io_error, memory::Opened},
+};
 use std::{
     collections::BTreeMap,
-    fs::File,
     io::{Read, Seek, SeekFrom},
     path::{Path, PathBuf},
     sync::{Mutex, PoisonError},
@@ -20,7 +22,7 @@ const ZSTD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
 #[derive(Debug)]
 pub(super) struct Database {
     path: PathBuf,
-    file: Mutex<File>,
+    file: Mutex<Opened>,
     page_size: usize,
     /// Bytes of a page that hold content.
     usable: usize,
@@ -66,7 +68,7 @@ impl Database {
             let help = format!("close it: `sqlite3 {} 'PRAGMA wal_checkpoint(TRUNCATE)'`", path.display());
             return Err(Error::new(cause).at(path).help(help));
         }
-        let mut file = File::open(path).map_err(failed)?;
+        let mut file = Opened::open(path).map_err(failed)?;
         let mut head = [0; 100];
         file.read_exact(&mut head).map_err(failed)?;
         let page_size = match u16::from_be_bytes([head[16], head[17]]) {
@@ -74,7 +76,7 @@ impl Database {
             size => usize::from(size),
         };
         let usable = page_size.saturating_sub(usize::from(head[20]));
-        let length = file.metadata().map_err(failed)?.len();
+        let length = file.length().map_err(failed)?;
         let database = Self {
             path: path.to_owned(),
             file: Mutex::new(file),
@@ -88,11 +90,12 @@ impl Database {
         Ok(database)
     }
 
-    pub(super) fn scan(
-        &self,
-        file: usize,
-        visit: &mut dyn FnMut(&Passing<'_>) -> Result<()>,
-    ) -> Result<Vec<Topic>> {
+    pub(super) fn length(&self) -> u64 {
+        self.pages * self.page_size as u64
+    }
+
+    /// From the first message on.
+    pub(super) fn walk(&self) -> Result<Walk> {
         let (mut roots, mut topics) = (BTreeMap::new(), BTreeMap::new());
         self.rows(1, &mut |row| {
             // sqlite_schema: type, name, tbl_name, rootpage, sql
@@ -117,21 +120,7 @@ impl Database {
             }
             Ok(())
         })?;
-        self.rows(root("messages")?, &mut |row| {
-            let place = Place { file, at: row.at, index: row.index };
-            if let [_, topic, time, data] = row.values.as_slice()
-                && let Some(topic) = topic.integer().and_then(|id| topics.get_mut(&id))
-                && let Value::Bytes(data) = data
-            {
-                topic.messages += 1;
-                let recorded = time.integer().and_then(|time| u64::try_from(time).ok()).unwrap_or_default();
-                let unpacked = self.unpacked(data)?;
-                let data = unpacked.as_deref().unwrap_or(data);
-                visit(&Passing { topic, recorded, data, place })?;
-            }
-            Ok(())
-        })?;
-        Ok(topics.into_values().collect())
+        Ok(Walk { topics, pages: vec![(root("messages")?, DEEPEST)], done: 0 })
     }
 
     /// The bytes of the message in a cell of a page.
@@ -159,10 +148,18 @@ impl Database {
 
     /// Shows the rows of the table whose first page is `root` to `visit`, in their order.
     fn rows(&self, root: u64, visit: &mut dyn FnMut(Row) -> Result<()>) -> Result<()> {
-        self.subtree(root, DEEPEST, visit)
+        let mut pages = vec![(root, DEEPEST)];
+        while self.next_page(&mut pages, visit)? {}
+        Ok(())
     }
 
-    fn subtree(&self, at: u64, depth: usize, visit: &mut dyn FnMut(Row) -> Result<()>) -> Result<()> {
+    /// Takes the last page off the list: its rows go to `visit`, the pages under it onto the list, the first one last.
+    fn next_page(
+        &self,
+        pages: &mut Vec<(u64, usize)>,
+        visit: &mut dyn FnMut(Row) -> Result<()>,
+    ) -> Result<bool> {
+        let Some((at, depth)) = pages.pop() else { return Ok(false) };
         let page = self.page(at)?;
         let (head, cells) = self.cells(&page, at).ok_or_else(|| self.damaged())?;
         match page.get(head) {
@@ -170,17 +167,17 @@ impl Database {
                 for index in 0..cells.len() {
                     visit(self.leaf_row(&page, at, index).ok_or_else(|| self.damaged())?)?;
                 }
-                Ok(())
             }
             Some(0x05) if depth > 0 => {
                 let left = cells.iter().map(|cell| number(&page, *cell));
-                for child in left.chain([number(&page, head + 8)]) {
-                    self.subtree(child.ok_or_else(|| self.damaged())?, depth - 1, visit)?;
+                let children = left.chain([number(&page, head + 8)]).rev();
+                for child in children {
+                    pages.push((child.ok_or_else(|| self.damaged())?, depth - 1));
                 }
-                Ok(())
             }
-            _ => Err(self.damaged()),
+            _ => return Err(self.damaged()),
         }
+        Ok(true)
     }
 
     /// Where the page's head begins, and where its cells do.
@@ -231,6 +228,60 @@ impl Database {
     fn damaged(&self) -> Error {
         let help = "`sqlite3 FILE .recover` saves what is whole, or record the drive again";
         Error::new("is a damaged SQLite file").at(&self.path).help(help)
+    }
+}
+
+/// On its way through the table of messages.
+pub(super) struct Walk {
+    topics: BTreeMap<i64, Topic>,
+    /// Pages to come, the next one last, with the depth that may be under them.
+    pages: Vec<(u64, usize)>,
+    /// Bytes of messages that passed.
+    done: u64,
+}
+
+impl Walk {
+    /// Shows the messages in about so many bytes more to `visit`; whether there are others.
+    pub(super) fn go_on(
+        &mut self,
+        database: &Database,
+        file: usize,
+        bytes: u64,
+        visit: &mut dyn FnMut(&Passing<'_>) -> Result<()>,
+    ) -> Result<bool> {
+        let Self { topics, pages, done } = self;
+        let until = *done + bytes;
+        while *done < until {
+            let mut pass = |row: Row| {
+                let place = Place { file, at: row.at, index: row.index };
+                if let [_, topic, time, data] = row.values.as_slice()
+                    && let Some(topic) = topic.integer().and_then(|id| topics.get_mut(&id))
+                    && let Value::Bytes(data) = data
+                {
+                    topic.messages += 1;
+                    *done += data.len() as u64;
+                    let recorded =
+                        time.integer().and_then(|time| u64::try_from(time).ok()).unwrap_or_default();
+                    let unpacked = database.unpacked(data)?;
+                    let data = unpacked.as_deref().unwrap_or(data);
+                    visit(&Passing { topic, recorded, data, place })?;
+                }
+                Ok(())
+            };
+            if !database.next_page(pages, &mut pass)? {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// Bytes that are done.
+    pub(super) fn done(&self) -> u64 {
+        self.done
+    }
+
+    pub(super) fn end(self) -> Vec<Topic> {
+        self.topics.into_values().collect()
     }
 }
 

@@ -59,8 +59,8 @@ impl Drop {
         Some(first.clone())
     }
 
-    /// The first camera file that is one, and is wanted.
-    pub(crate) fn camera(&mut self, wanted: bool) -> Option<(String, Intrinsics, bool)> {
+    /// The first camera file that is one, and is wanted; of one that the rig names nothing is said.
+    pub(crate) fn camera(&mut self, wanted: bool, rig: &str) -> Option<(String, Intrinsics, bool)> {
         let mut found: Option<(String, Intrinsics, bool)> = None;
         for (path, fresh) in self.of(Kind::Camera) {
             let name = base_name(&path).to_owned();
@@ -71,6 +71,7 @@ impl Drop {
                     continue;
                 }
                 (Some((first, ..)), _, Ok(_)) => format!("{} came first", base_name(first)),
+                (None, _, Ok(_)) if rig.contains(&format!("{name}\"")) => continue,
                 (None, _, Ok(_)) => "the rig has a camera".to_owned(),
                 (_, _, Err(error)) => {
                     let said = sentence(error);
@@ -134,7 +135,8 @@ impl Drop {
     }
 
     pub(crate) fn nothing_to_show(&self) -> String {
-        let help = "Drop pictures (PNG, JPEG, PGM …), a folder of them or a video.";
+        let help =
+            "Drop pictures (PNG, JPEG, PGM …), a folder or ZIP of them, a video or a recording of ROS 2.";
         match self.files.as_slice() {
             [] => format!("There was nothing in that. {help}"),
             [(kind @ (Kind::Container | Kind::Other), path, ..)] => match kind {
@@ -157,11 +159,13 @@ fn were(count: usize, noun: &str) -> String {
 fn what_to_do(kind: Kind, path: &str) -> &'static str {
     let end = path.rsplit_once('.').map_or("", |(_, end)| end).to_ascii_lowercase();
     match (kind, end.as_str()) {
-        (Kind::Container, "bag" | "mcap" | "db3") => {
-            "it is a log of ROS. Write its camera’s pictures and odometry to files first (for a bag: `rosrun image_view \
-             extract_images`; for MCAP and db3: `ros2 bag play` beside `image_view`), then drop the folder."
+        (Kind::Container, "mcap" | "db3") => "open a recording by itself, without pictures beside it.",
+        (Kind::Container, "zip") => "open an archive by itself, without pictures beside it.",
+        (Kind::Container, "bag") => {
+            "it is a bag of ROS 1. Turn it into ROS 2’s (`rosbags-convert --src drive.bag --dst drive`, PyPI: rosbags), then \
+             drop that folder."
         }
-        (Kind::Container, _) => "it is an archive. Unpack it, then drop the folder.",
+        (Kind::Container, _) => "it is an archive. Unpack it, or make a ZIP of the folder, then drop that.",
         _ => "it is neither a picture nor a file that a sequence needs.",
     }
 }

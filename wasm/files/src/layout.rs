@@ -231,7 +231,8 @@ impl Layout {
     fn read_rig(&mut self, drop: &mut Drop) -> Answer<()> {
         let rig = drop.one(Kind::Rig);
         let replaces = rig.as_ref().is_none_or(|(_, fresh)| !fresh);
-        let camera = drop.camera(replaces);
+        let text = rig.as_ref().and_then(|(path, _)| files::read_text(Path::new(path)).ok());
+        let camera = drop.camera(replaces, text.as_deref().unwrap_or_default());
         if let Some((path, fresh)) = &rig {
             self.brought = if *fresh { "rig" } else { "" };
             let rig = Rig::read(Path::new(path)).map_err(sentence)?;
@@ -444,9 +445,20 @@ mod tests {
     }
 
     #[test]
+    fn of_a_camera_file_that_the_rig_names_nothing_is_said() {
+        memory::offer(
+            "d/rig.toml",
+            b"camera_info = \"cam.yaml\"\n[mount]\nheight = 0.7\ntilt_deg = 9.0\n".to_vec(),
+        );
+        memory::offer("d/cam.yaml", b"image_width: 8\nimage_height: 6\ncamera_matrix:\n  rows: 3\n  cols: 3\n  data: [7, 0, 4, 0, 7, 3, 0, 0, 1]\ndistortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [0, 0, 0, 0, 0]\n".to_vec());
+        let layout = laid_out(&["d/1.png", "d/rig.toml", "d/cam.yaml"]).unwrap();
+        assert_eq!((layout.notes, layout.rig_size), (vec![], Some([8, 6])));
+    }
+
+    #[test]
     fn rubbish_beside_a_sequence_is_of_no_use_and_a_log_says_what_to_do() {
-        let paths = ["drive.mcap", "1.png"].map(str::to_owned);
+        let paths = ["drive.bag", "1.png"].map(str::to_owned);
         let layout = Layout::new(&paths, 1, None).unwrap();
-        assert!(!layout.used && layout.notes[0].contains("log of ROS"), "{:?}", layout.notes);
+        assert!(!layout.used && layout.notes[0].contains("bag of ROS 1"), "{:?}", layout.notes);
     }
 }

@@ -1,5 +1,5 @@
 //! A run from its first frame to its last, as one module tells it to another.
-use crate::Verdict;
+use crate::{Landmark, Verdict};
 use serde::{Deserialize, Serialize};
 
 /// What the wheels said over some time.
@@ -59,6 +59,18 @@ pub struct MapPoint {
     pub times: [f64; 2],
 }
 
+/// Seconds of a run from a map that is kept to the next.
+pub const MAP_EVERY: f64 = 1.0;
+
+/// The map as it was after a frame.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MapThen {
+    /// The frame's time, seconds.
+    pub time: f64,
+    /// Rows of [`crate::Landmark`], of the confirmed ones.
+    pub landmarks: Vec<f32>,
+}
+
 /// A run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Record {
@@ -74,6 +86,8 @@ pub struct Record {
     pub left_out: Vec<String>,
     /// The confirmed landmarks.
     pub map: Vec<MapPoint>,
+    /// Those of before, every [`MAP_EVERY`] seconds.
+    pub maps: Vec<MapThen>,
     /// Corners that had no range worth the name.
     pub without_range: u32,
     /// Landmarks for which there was no room.
@@ -93,6 +107,15 @@ pub struct Record {
 }
 
 impl Record {
+    /// Keeps the landmarks of a frame (rows of [`crate::Landmark`]) where a map is due.
+    pub fn keep_map(&mut self, time: f64, landmarks: &[f32]) {
+        if self.maps.last().is_none_or(|last| time >= last.time + MAP_EVERY) {
+            let rows = landmarks.chunks_exact(Landmark::WIDTH);
+            let confirmed = rows.filter(|row| Landmark::of(row).is_some_and(|row| row.confirmed > 0.0));
+            self.maps.push(MapThen { time, landmarks: confirmed.flatten().copied().collect() });
+        }
+    }
+
     /// In bytes, for another module.
     ///
     /// # Errors
@@ -124,4 +147,32 @@ pub fn readings_to_bytes(readings: &[Reading]) -> Result<Vec<u8>, postcard::Erro
 /// Where they are of another build.
 pub fn readings_from_bytes(bytes: &[u8]) -> Result<Vec<Reading>, postcard::Error> {
     postcard::from_bytes(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_map_is_kept_every_second_of_confirmed_landmarks() {
+        let row = |id, confirmed| Landmark {
+            id,
+            x: 1.0,
+            y: 2.0,
+            var_x: 0.1,
+            cov_xy: 0.0,
+            var_y: 0.1,
+            seen: 3.0,
+            confirmed,
+        };
+        let mut rows = Vec::new();
+        row(4.0, 1.0).push(&mut rows);
+        row(5.0, 0.0).push(&mut rows);
+        let mut record = Record::default();
+        for time in [10.0, 10.5, 11.0, 11.9, 12.5] {
+            record.keep_map(time, &rows);
+        }
+        assert_eq!(record.maps.iter().map(|map| map.time).collect::<Vec<_>>(), [10.0, 11.0, 12.5]);
+        assert_eq!(record.maps[0].landmarks, rows[..Landmark::WIDTH]);
+    }
 }

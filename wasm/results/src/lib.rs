@@ -4,15 +4,19 @@
 //! asked for ([`Results::telling_frames`]) and looked at again, by the same code that saw the same in them before.
 #![warn(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
+mod mcap;
+
+use crate::mcap::Mcap;
 use core::fmt::Display;
 use monorange_core::geometry::Pose;
 use monorange_core::image::Grey;
 use monorange_core::slam::Reason;
+use monorange_formats::draw::Overlay;
 use monorange_formats::extraction::extractor;
 use monorange_formats::files::{MapPoint, Rig, Stamped, Table, memory, read_trajectory};
-use monorange_formats::report::{Carried, Observation, Run, SHOTS, shot};
+use monorange_formats::report::{Carried, Observation, Run, SHOTS, Shot, shot};
 use monorange_formats::warnings;
-use monorange_wasm_record::{Corner, Decision, Frame, Record};
+use monorange_wasm_record::{Corner, Decision, Frame, Landmark, Record};
 use nalgebra::{Matrix2, Matrix3, Vector2};
 use std::path::Path;
 use wasm_bindgen::prelude::*;
@@ -39,6 +43,10 @@ pub struct Results {
     start: f64,
     /// What the run warned of.
     told: Vec<String>,
+    /// When, and the confirmed landmarks then.
+    maps: Vec<(f64, Vec<MapPoint>)>,
+    /// A recording that is being written.
+    mcap: Option<Mcap>,
 }
 
 #[wasm_bindgen]
@@ -95,7 +103,38 @@ impl Results {
     /// A sentence, where it has another size than the rig's.
     #[wasm_bindgen(js_name = addPicture)]
     pub fn add_picture(&mut self, frame: usize, pixels: &[u8]) -> Answer<()> {
-        self.shoot(frame, pixels).map_err(sentence)
+        let shot = self.shot(frame, pixels).map_err(sentence)?;
+        self.run.shots.push(shot);
+        Ok(())
+    }
+
+    /// Begins `drive.mcap`: the frames whose pictures it wants, one after the other, by [`record`](Self::record).
+    ///
+    /// # Errors
+    /// Without memory.
+    #[wasm_bindgen(js_name = beginMcap)]
+    pub fn begin_mcap(&mut self) -> Answer<Vec<usize>> {
+        self.mcap = Some(Mcap::new(&self.rig).map_err(sentence)?);
+        Ok(self.used.iter().map(|(frame, _)| *frame).collect())
+    }
+
+    /// Adds the next frame with its grey picture; what there is of the file since the call before.
+    ///
+    /// # Errors
+    /// As [`add_picture`](Self::add_picture).
+    pub fn record(&mut self, pixels: &[u8]) -> Answer<Vec<u8>> {
+        self.add_to_mcap(pixels).map_err(sentence)
+    }
+
+    /// The end of the file.
+    ///
+    /// # Errors
+    /// Where it was not begun.
+    #[wasm_bindgen(js_name = endMcap)]
+    pub fn end_mcap(&mut self) -> Answer<Vec<u8>> {
+        let mcap = self.mcap.take().ok_or_else(|| JsError::new("there is no recording"))?;
+        let end = self.run.trajectory.last().map_or(self.start, |pose| pose.time);
+        mcap.end(end, &self.run.map).map_err(sentence)
     }
 
     /// One of the command line's outputs, by its name.
@@ -149,10 +188,27 @@ impl Results {
         run.verdict = record.verdict.into();
         run.reason = Reason::ALL.into_iter().find(|reason| reason.as_str() == record.reason);
         run.mean_nis = record.mean_nis;
-        Ok(Self { run, rig, used, start: record.start, told: record.warnings.clone() })
+        let rows = |rows: &[f32]| rows.chunks_exact(Landmark::WIDTH).filter_map(map_point_then).collect();
+        let maps = record.maps.iter().map(|map| (map.time, rows(&map.landmarks))).collect();
+        let (start, told) = (record.start, record.warnings.clone());
+        Ok(Self { run, rig, used, start, told, maps, mcap: None })
     }
 
-    fn shoot(&mut self, frame: usize, pixels: &[u8]) -> Result<(), monorange_formats::Error> {
+    fn add_to_mcap(&mut self, pixels: &[u8]) -> Result<Vec<u8>, monorange_formats::Error> {
+        let next = self.mcap.as_ref().map_or(0, |mcap| mcap.frames);
+        let (Some((frame, _)), Some(pose)) = (self.used.get(next), self.run.trajectory.get(next)) else {
+            return Err(monorange_formats::Error::new("the run has no more frames"));
+        };
+        let jpeg = self.shot(*frame, pixels)?.jpeg;
+        let map = self.maps.iter().find(|(time, _)| *time == pose.time).map(|(_, map)| map.as_slice());
+        match &mut self.mcap {
+            Some(mcap) => mcap.frame(pose, &jpeg, map),
+            None => Err(monorange_formats::Error::new("the recording was not begun")),
+        }
+    }
+
+    /// The picture of a frame with what was found in it.
+    fn shot(&self, frame: usize, pixels: &[u8]) -> Result<Shot, monorange_formats::Error> {
         let camera = self.rig.finder.camera();
         let picture =
             Grey::new(pixels, camera.width(), camera.height()).map_err(monorange_formats::Error::new)?;
@@ -165,15 +221,8 @@ impl Results {
         let seen: Vec<_> = self.run.observations.iter().filter(|seen| seen.frame == frame).copied().collect();
         let time = self.used.iter().position(|(used, _)| *used == frame);
         let time = time.and_then(|index| self.run.trajectory.get(index)).map_or(0.0, |pose| pose.time);
-        self.run.shots.push(shot(
-            &self.rig,
-            pixels,
-            |overlay| overlay.lines(extraction),
-            &seen,
-            frame,
-            time - self.start,
-        )?);
-        Ok(())
+        let lines = |overlay: &mut Overlay<'_>| overlay.lines(extraction);
+        shot(&self.rig, pixels, lines, &seen, frame, time - self.start)
     }
 }
 
@@ -207,6 +256,19 @@ fn map_point(point: &monorange_wasm_record::MapPoint, start: f64) -> MapPoint {
         seen: point.seen,
         first_and_last: Some(point.times.map(|time| time + start)),
     }
+}
+
+/// A landmark in the middle of a run.
+fn map_point_then(row: &[f32]) -> Option<MapPoint> {
+    let Landmark { id, x, y, var_x, cov_xy, var_y, seen, .. } = Landmark::of(row)?;
+    let [x, y, var_x, cov_xy, var_y] = [x, y, var_x, cov_xy, var_y].map(f64::from);
+    Some(MapPoint {
+        id: id as u64,
+        position: Vector2::new(x, y),
+        covariance: Some(Matrix2::new(var_x, cov_xy, cov_xy, var_y)),
+        seen: seen as u64,
+        first_and_last: None,
+    })
 }
 
 #[cfg(test)]
@@ -283,9 +345,32 @@ mod tests {
     #[test]
     fn the_report_has_the_pictures_and_the_settings_of_the_rig() {
         let mut results = results();
-        results.shoot(2, &[128; 64 * 48]).unwrap();
+        let shot = results.shot(2, &[128; 64 * 48]).unwrap();
+        results.run.shots.push(shot);
         let page = written(&results, "report.html");
         assert!(page.contains("Frame 2, 0.0 s: 2 floor corners, 2 matched."));
         assert!(page.contains("<tr class=\"changed\"><td>filter.variant<td class=\"n\">textbook"));
+    }
+
+    #[test]
+    fn a_recording_grows_frame_by_frame_and_is_read_again() {
+        use monorange_formats::bags::{Choice, Recording};
+        use monorange_wasm_record::record::MapThen;
+        let maps = vec![MapThen { time: 0.5, landmarks: vec![7.0, 1.0, 2.0, 0.25, 0.0, 0.5, 3.0, 1.0] }];
+        let mut results = Results::new("test", RIG, &Record { maps, ..record() }).unwrap();
+        results.run.trajectory.iter_mut().enumerate().for_each(|(k, pose)| pose.time = 0.5 + k as f64);
+        let frames = results.begin_mcap().unwrap();
+        assert_eq!(frames, [0, 1, 2, 3]);
+        let mut file = Vec::new();
+        for _ in frames {
+            file.extend(results.add_to_mcap(&[128; 64 * 48]).unwrap());
+        }
+        assert!(results.add_to_mcap(&[128; 64 * 48]).is_err());
+        file.extend(results.end_mcap().unwrap());
+        memory::offer("drive.mcap", file);
+        let recording = Recording::read(Path::new("drive.mcap"), Choice::default()).unwrap();
+        memory::withdraw_all();
+        assert_eq!(recording.times, [0.5, 1.5, 2.5, 3.5]);
+        assert_eq!(recording.rig().unwrap().finder.camera().width(), 64);
     }
 }

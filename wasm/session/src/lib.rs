@@ -53,6 +53,8 @@ pub struct Session {
     layout: Option<Layout>,
     name: String,
     notes: Vec<String>,
+    /// Focal length of the first photograph and its standard deviation, pixels, where no rig says more.
+    focal: Option<Vec<f64>>,
     /// The number of the run that may go on.
     running: Cell<u32>,
     record: RefCell<Record>,
@@ -74,6 +76,7 @@ impl Session {
         let mut session = Self::new(frames, layout, readers);
         if !session.frames.borrow().is_empty() {
             session.size.set(session.first_size().await?);
+            session.focal = session.first_focal().await;
         }
         session.check_size()?;
         if session.frames.borrow().len() > 1 && session.motion() == "none" {
@@ -128,6 +131,7 @@ impl Session {
             layout: None,
             name: "Camera".into(),
             notes: Vec::new(),
+            focal: None,
             running: Cell::new(NONE),
             record: RefCell::new(record),
             viewer: RefCell::default(),
@@ -156,6 +160,10 @@ impl Session {
                 ("width", (width as f64).into()),
                 ("height", (height as f64).into()),
                 ("rig", layout(Layout::rig)),
+                (
+                    "focal",
+                    self.focal.as_deref().map_or(JsValue::NULL, |focal| Float64Array::from(focal).into()),
+                ),
                 ("truth", layout(Layout::truth)),
                 ("laser", layout(Layout::laser)),
                 ("motion", self.motion().into()),
@@ -254,6 +262,7 @@ impl Session {
             readers,
             name: layout.name(),
             notes: Vec::new(),
+            focal: None,
             layout: Some(layout),
             running: Cell::new(NONE),
             record: RefCell::new(Record { title, ..Record::default() }),
@@ -295,6 +304,14 @@ impl Session {
             }
         }
         Err(object::error(&format!("No picture could be read. {}", problem.unwrap_or_default())))
+    }
+
+    /// What the first photograph says of its focal length, where no rig says more.
+    async fn first_focal(&self) -> Option<Vec<f64>> {
+        let first = self.frames.borrow().first().cloned();
+        let (Some(Frame::File(file)), None) = (first, self.layout.as_ref()?.rig_size()) else { return None };
+        let (width, height) = self.size.get();
+        source::focal_of(&file, width as u32, height as u32, &self.readers).await
     }
 
     fn check_size(&self) -> Result<(), JsValue> {

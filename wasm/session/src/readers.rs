@@ -12,6 +12,7 @@ import type { Pipeline, Rig } from '../../index.js';
 /** A file: one that was dropped, or one that is written when it is read. */
 export interface Source {
   path: string;
+  /** Throws the end of a sentence about the file where it cannot be read. */
   blob(): Blob;
 }
 
@@ -60,6 +61,8 @@ export interface Readers {
   layout(paths: string[], fresh: number, streamed: number | undefined, interval: number): Layout;
   /** Width and height of a picture, by the first bytes of its file. */
   sizeOf(head: Uint8Array): Uint32Array | undefined;
+  /** Focal length in pixels that a photo's EXIF data gives, and its standard deviation. */
+  focalOf(head: Uint8Array, width: number, height: number): Float64Array | undefined;
   /** A pipeline for a rig, of the module that has it. */
   pipeline(rig: Rig, byPictures: boolean): Pipeline;
   /** Why a picture's file is not whole, as the end of a sentence. */
@@ -125,6 +128,8 @@ export interface SequenceInfo {
   height: number;
   /** The rig that came with the pictures, where one did. */
   rig: Rig | null;
+  /** Where none did: the first photo's focal length by its EXIF data, and its standard deviation, pixels. */
+  focal: Float64Array | null;
   /** x, y, heading a frame; NaN where there is none. */
   truth: Float32Array | null;
   /** x, y pairs of a laser's hits in the world. */
@@ -155,8 +160,8 @@ extern "C" {
     pub type Source;
     #[wasm_bindgen(method, getter)]
     pub fn path(this: &Source) -> String;
-    #[wasm_bindgen(method)]
-    pub fn blob(this: &Source) -> Blob;
+    #[wasm_bindgen(method, catch)]
+    pub fn blob(this: &Source) -> Result<Blob, JsValue>;
 
     /// The modules that load when they are needed.
     #[wasm_bindgen(typescript_type = "Readers")]
@@ -176,6 +181,8 @@ extern "C" {
     ) -> Result<Layout, JsValue>;
     #[wasm_bindgen(method, js_name = sizeOf)]
     pub fn size_of(this: &Readers, head: Uint8Array) -> Option<Vec<u32>>;
+    #[wasm_bindgen(method, js_name = focalOf)]
+    pub fn focal_of(this: &Readers, head: Uint8Array, width: u32, height: u32) -> Option<Vec<f64>>;
     #[wasm_bindgen(method, catch)]
     pub fn pipeline(this: &Readers, rig: &JsRig, by_pictures: bool) -> Result<Pipeline, JsValue>;
     #[wasm_bindgen(method, js_name = whyCut)]

@@ -58,7 +58,7 @@ impl Frame {
             }
             Self::Kept(kept) => kept.picture.clone(),
             Self::File(file) => {
-                let blob = file.blob();
+                let blob = file.blob()?;
                 if ends_in(&file.path(), &["pgm", "pnm", "ppm", "pbm", "tif", "tiff"]) {
                     return Ok(Decoding::Bytes(blob.array_buffer()));
                 }
@@ -109,11 +109,21 @@ pub(crate) async fn read_beside(
     let paths: Vec<_> = files.iter().map(Source::path).collect();
     for (file, path) in files.iter().zip(&paths) {
         if readers.wants(path) {
-            let content = wait(file.blob().array_buffer()).await.map_err(|reason| {
+            let content = bytes_of(file).await.map_err(|reason| {
                 object::error(&format!("{path} could not be read: {}", object::words(&reason)))
             })?;
-            readers.offer(path, Uint8Array::new(&content));
+            readers.offer(path, content);
         }
     }
     readers.layout(paths, fresh, streamed, interval)
+}
+
+async fn bytes_of(file: &Source) -> Result<Uint8Array, JsValue> {
+    Ok(Uint8Array::new(&wait(file.blob()?.array_buffer()).await?))
+}
+
+/// The focal length of a photograph in pixels and its standard deviation, by its EXIF data.
+pub(crate) async fn focal_of(file: &Source, width: u32, height: u32, readers: &Readers) -> Option<Vec<f64>> {
+    let head = file.blob().ok()?.slice_with_f64_and_f64(0.0, 2.0 * HEAD).ok()?.array_buffer();
+    readers.focal_of(Uint8Array::new(&wait(head).await.ok()?), width, height)
 }

@@ -32,7 +32,14 @@ pub(crate) struct Stepper {
 
 /// What the record keeps of a frame: a frame that was used, or why it was not.
 pub(crate) enum Used {
-    Frame { frame: Box<Frame>, held: bool, carried_by: usize, without_range: u32, no_room: u32 },
+    Frame {
+        frame: Box<Frame>,
+        landmarks: Vec<f32>,
+        held: bool,
+        carried_by: usize,
+        without_range: u32,
+        no_room: u32,
+    },
     No(String),
 }
 
@@ -40,12 +47,13 @@ pub(crate) enum Used {
 pub(crate) fn note(record: &mut Record, used: Used) {
     match used {
         Used::No(reason) => record.left_out.push(reason),
-        Used::Frame { frame, held, carried_by, without_range, no_room } => {
+        Used::Frame { frame, landmarks, held, carried_by, without_range, no_room } => {
             // Nothing can be carried into the first picture.
             let carried = record.carried.as_mut().filter(|_| !record.used.is_empty());
             if let Some(count) = carried.and_then(|counts| counts.get_mut(carried_by)) {
                 *count += 1;
             }
+            record.keep_map(frame.time, &landmarks);
             record.used.push(*frame);
             record.without_range += without_range;
             record.no_room += no_room;
@@ -168,8 +176,10 @@ impl Stepper {
             nis_degrees: report.nis_degrees(),
         };
         let (pose, covariance, corners) = (self.pose, self.covariance, seen.corners.clone());
+        let landmarks = seen.landmarks.clone();
         let used = Used::Frame {
             frame: Box::new(Frame { index, time, pose, covariance, corners, stages_ms }),
+            landmarks,
             held: report.held(),
             carried_by: report.carried_by(),
             without_range: report.without_range(),

@@ -36,6 +36,8 @@ export interface State {
   knownPoints: FloorPoint[];
   pickingPoints: boolean;
   layers: Record<string, boolean>;
+  /** What the worker is busy with outside a run, and how much of it is done, 0 to 1. */
+  busy: { what: string; share: number } | null;
   /** Seconds until the run ends, while there is one. */
   secondsLeft: number | null;
 }

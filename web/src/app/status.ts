@@ -12,7 +12,7 @@ export function mountStatus(store: Store): void {
   const [line, live] = [byId('status'), byId('live')];
   let spoken = 0;
   let phase = '';
-  store.on(['phase', 'frame', 'results', 'sequence', 'secondsLeft', 'playing', 'rig'], (state) => {
+  store.on(['phase', 'frame', 'results', 'sequence', 'secondsLeft', 'playing', 'rig', 'busy'], (state) => {
     const sentence = statusSentence(state);
     line.textContent = sentence;
     const now = performance.now();
@@ -26,13 +26,14 @@ export function mountStatus(store: Store): void {
 export function statusSentence(state: Readonly<State>): string {
   const { phase, sequence, results } = state;
   if (phase === 'starting') return 'Starting.';
-  if (phase === 'opening') return 'Looking at the files.';
+  const busy = state.busy && `${state.busy.what}: ${Math.round(100 * state.busy.share)} %`;
+  if (phase === 'opening') return busy ? `${busy}.` : 'Looking at the files.';
   if (phase === 'empty' || !sequence) {
     return touches() ? 'Tap the floor for its range, hold to look closer; a second tap measures. Open pictures or a video to begin.'
-      : 'Point at the floor for its range; click twice to measure. Drop pictures, a folder or a video to begin.';
+      : 'Point at the floor for its range; click twice to measure. Drop pictures, a folder, a video or a recording of ROS 2 to begin.';
   }
   const total = sequence.frames.length;
-  const parts = [frameSentence(state, total)];
+  const parts = [busy ?? '', frameSentence(state, total)];
   if (phase === 'running') {
     const left = state.secondsLeft === null ? '' : `, ${timeLeft(state.secondsLeft)}`;
     parts.push(`working: ${results.length} of ${count(total, 'frame')}${left}`);

@@ -1,5 +1,5 @@
 /** Settings in the address: a link or a reload gives them back. */
-import { DEGREE, guessedRig, SET_MOUNT_STD, type Rig } from '../model/rig.ts';
+import { DEGREE, fieldOfView, guessedRig, SET_MOUNT_STD, type Rig } from '../model/rig.ts';
 
 const MOUNT = [['height', 1], ['tilt', DEGREE], ['roll', DEGREE], ['yaw', DEGREE]] as const;
 
@@ -27,9 +27,11 @@ export function withHash(hash: string, rig: Rig, layers: Record<string, boolean>
     if (value !== null && (name !== 'height' || value > 0)) mount[name] = value * factor;
   }
   const view = read('view');
-  const { focal, principal } = rig.guessed && view !== null && view > 1 && view < 170 ? guessedRig(rig.width, rig.height, view * DEGREE) : rig;
+  // Five digits of what it is are no other angle.
+  const other = view !== null && view > 1 && view < 170 && Math.abs(view - fieldOfView(rig) / DEGREE) > 0.01;
+  const { focal, principal, focalStd, source } = rig.guessed && other ? guessedRig(rig.width, rig.height, view * DEGREE) : rig;
   const off = new Set((settings.get('off') ?? '').split('.'));
   const told = rig.mountGuessed && (['height', 'tilt'] as const).some((name) => Math.abs(mount[name] - rig.mount[name]) > 1e-6);
   const known = told ? { mountGuessed: false, mountStd: { ...SET_MOUNT_STD } } : {};
-  return { rig: { ...rig, mount, focal, principal, ...known }, layers: Object.fromEntries(Object.keys(layers).map((name) => [name, settings.has('off') ? !off.has(name) : (layers[name] ?? true)])) };
+  return { rig: { ...rig, mount, focal, principal, focalStd, source, ...known }, layers: Object.fromEntries(Object.keys(layers).map((name) => [name, settings.has('off') ? !off.has(name) : (layers[name] ?? true)])) };
 }

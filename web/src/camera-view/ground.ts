@@ -1,6 +1,6 @@
 /** The rig on show as a range finder, with its outlines; made anew when the rig changes. */
 import { RangeFinder, Status, type Sighting } from 'monorange-wasm';
-import { GUESSED_FOCAL_STD, type Rig } from '../model/rig.ts';
+import type { Rig } from '../model/rig.ts';
 
 export interface Seen {
   range: number;
@@ -43,7 +43,7 @@ export class Ground {
   constructor(rig: Rig) {
     this.rig = rig;
     this.#finder = new RangeFinder(rig);
-    const [u, v] = rig.focal.map((focal) => focal * (1 + GUESSED_FOCAL_STD)) as [number, number];
+    const [u, v] = rig.focal.map((focal) => focal * (1 + rig.focalStd)) as [number, number];
     this.#longer = rig.guessed ? new RangeFinder({ ...rig, focal: [u, v] }) : null;
   }
 

@@ -18,6 +18,8 @@ export class Engine {
   #heardAt = performance.now();
   /** Called with the results of a run as they come. */
   onResults: (results: Results) => void = () => undefined;
+  /** Called with how much of something long is done. */
+  onBusy: (busy: { what: string; share: number }) => void = () => undefined;
   /** Called for a frame that only the page can decode. */
   onWanted: (frame: number) => Promise<RawPicture | null> = async () => null;
   /** Called when the worker was lost and another one has been started, which has nothing open. */
@@ -80,6 +82,7 @@ export class Engine {
     this.#heardAt = performance.now();
     if (reply.kind === 'alive') return;
     if (reply.kind === 'results') return this.onResults(reply);
+    if (reply.kind === 'busy') return this.onBusy(reply);
     if (reply.kind === 'wanted') {
       const give = (picture: RawPicture | null) =>
         this.#send({ kind: 'frame', id: reply.id, picture }, picture ? [picture.pixels.buffer] : []);

@@ -22,12 +22,13 @@ export function loadFiles(): Promise<Files> {
 
 /** What a session reads files with. */
 export async function readers(): Promise<Readers> {
-  const { wants, offer, layout, sizeOf, warnings, whyCut, Watch } = await loadFiles();
+  const { wants, offer, layout, sizeOf, focalOf, warnings, whyCut, Watch } = await loadFiles();
   return {
     wants, offer, decode, pipeline, warnings, whyCut,
     watch: () => new Watch(),
     layout: layout as Readers['layout'],
     sizeOf: (head) => sizeOf(head) as Uint32Array | undefined,
+    focalOf: (head, width, height) => focalOf(head, width, height) as Float64Array | undefined,
   };
 }
 

@@ -15,7 +15,7 @@ export async function preview(): Promise<{ shown: Shown; result: FrameResult; ri
   };
   const readers: Readers = {
     whyCut: () => undefined, watch: () => ({ look: () => undefined, froze: () => false, judge: () => false, free: () => undefined }), warnings: () => [],
-    wants: () => false, offer: () => undefined, layout: () => layout, sizeOf: () => undefined, pipeline, decode: () => Promise.reject(new Error('no reader')),
+    wants: () => false, offer: () => undefined, layout: () => layout, sizeOf: () => undefined, focalOf: () => undefined, pipeline, decode: () => Promise.reject(new Error('no reader')),
   };
   const session = await Session.open([{ path: 'first.jpg', blob: () => picture }], 1, readers);
   const results: FrameResult[] = [];

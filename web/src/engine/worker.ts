@@ -2,10 +2,13 @@
 import type { Rig } from 'monorange-wasm';
 import { Session, type FrameResult, type Source } from 'monorange-wasm-session';
 import type { CallName, Calls, RawPicture, Reply, Request, SequenceInfo, SourceFile } from '../model/protocol.ts';
+import { CONTAINER, PICTURE } from '../model/kinds.ts';
 import { guessedRig } from '../model/rig.ts';
+import { contentsOf } from './containers.ts';
 import { fit, init, loadFiles, readers } from './files.ts';
 import { preview } from './preview.ts';
 import { sampleFiles } from './sample.ts';
+import { Work } from './work.ts';
 import { write } from './write.ts';
 
 type Opening = (sources: Source[], fresh: number) => Promise<Session>;
@@ -79,7 +82,13 @@ function describe(next: Session): SequenceInfo {
   return { ...info, rig: { ...supposed, pixelStd: [0.3, 0.3], ...rig, guessed: false, mountGuessed: !rig.mount, source } };
 }
 
-const PICTURE = /\.(png|jpe?g|webp|bmp|gif|avif|heic|heif|pgm|ppm|pnm|pbm|tiff?)$/i;
+/** What takes long outside a run, one at a time. */
+let work: Work | null = null;
+
+function begin(): Work {
+  work = new Work((what, share) => post({ kind: 'busy', what, share }));
+  return work;
+}
 
 function sourceOf({ path, blob }: SourceFile): Source {
   return { path, blob: () => blob };
@@ -91,7 +100,12 @@ const calls: { [Name in CallName]: (ask: Calls[Name]['ask']) => Promise<Calls[Na
     return preview();
   },
   sample: ({ frames, walkers, seed }) => inTurn(async () => open(await sampleFiles(frames, walkers, seed), openPictures)),
-  open: ({ files }) => inTurn(() => open(files.map(sourceOf), files.some(({ path }) => PICTURE.test(path)) ? openPictures : null)),
+  open: ({ files }) => inTurn(async () => {
+    const { sources: given, notes } = await contentsOf(files, begin());
+    const anew = [...files, ...given].some(({ path }) => PICTURE.test(path) || CONTAINER.test(path));
+    const info = await open(given, anew ? openPictures : null);
+    return { ...info, notes: [...info.notes, ...notes] };
+  }),
   openVideo: ({ name, frames, interval, width, height, files }) => inTurn(() => open(files.map(sourceOf), async (beside) =>
     Session.openVideo(name, frames, interval, width, height, fromPage, beside, await readers()))),
   picture: ({ frame }) => opened().picture(frame),
@@ -117,13 +131,16 @@ const calls: { [Name in CallName]: (ask: Calls[Name]['ask']) => Promise<Calls[Na
   fitMount: ({ rig, rows }) => fit(rig, rows),
   async write({ name }) {
     if (!ranWith) throw new Error('There is nothing to save yet.');
-    return write(name, opened(), ranWith, sources);
+    return write(name, opened(), ranWith, sources, begin());
   },
 };
 
 self.addEventListener('message', (event: MessageEvent<Request>) => {
   const request = event.data;
-  if (request.kind === 'cancel') session?.cancel();
+  if (request.kind === 'cancel') {
+    session?.cancel();
+    if (work) work.cancelled = true;
+  }
   else if (request.kind === 'ping') post({ kind: 'alive' });
   else if (request.kind === 'frame') {
     wanted.get(request.id)?.(request.picture);

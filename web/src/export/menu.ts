@@ -15,6 +15,7 @@ const RESULTS = [
   ['map.ply', 'landmarks, point cloud'],
   ['observations.csv', 'one row a corner'],
   ['report.json', 'figures and settings'],
+  ['drive.mcap', 'for Foxglove, rerun and ROS 2'],
 ] as const;
 
 export function mountExport(store: Store, engine: Engine, views: Record<'camera.png' | 'map.png', Canvas>): void {
@@ -27,7 +28,13 @@ export function mountExport(store: Store, engine: Engine, views: Record<'camera.
     });
     return button;
   };
-  const results = RESULTS.map(([name, hint]) => entry(name, hint, async () => save(name, await engine.call('write', { name }))));
+  const results = RESULTS.map(([name, hint]) => entry(name, hint, async () => {
+    try {
+      save(name, await engine.call('write', { name }));
+    } finally {
+      store.set({ busy: null });
+    }
+  }));
   menu.replaceChildren(
     element('h2', {}, 'Results'), ...results,
     element('h2', {}, 'Pictures'),

@@ -54,7 +54,7 @@ export interface Calls {
   live: { ask: { picture: RawPicture; t: number; index: number }; answer: { result: FrameResult; edges: Float32Array } };
   /** The camera is off: what it saw is a sequence now. */
   endLive: { ask: null; answer: SequenceInfo };
-  write: { ask: { name: string }; answer: string };
+  write: { ask: { name: string }; answer: string | Blob };
   /** Rows u, v, x, y. */
   fitMount: { ask: { rig: Rig; rows: Float64Array }; answer: FittedMount };
 }
@@ -63,6 +63,7 @@ export type CallName = keyof Calls;
 
 export type Request =
   | { [Name in CallName]: { kind: Name; id: number; ask: Calls[Name]['ask'] } }[CallName]
+  /** Ends a run, or what the worker is busy with. */
   | { kind: 'cancel' }
   | { kind: 'ping' }
   | { kind: 'frame'; id: number; picture: RawPicture | null };
@@ -72,5 +73,7 @@ export type Reply =
   | { kind: 'answer'; id: number; answer: unknown }
   | { kind: 'failure'; id: number; sentence: string }
   | { kind: 'results'; run: number; results: FrameResult[]; shown: Shown | null; secondsLeft: number }
+  /** How much of something long is done, 0 to 1. */
+  | { kind: 'busy'; what: string; share: number }
   /** A frame of a video, which only the page can decode. */
   | { kind: 'wanted'; id: number; frame: number };

@@ -6,7 +6,7 @@ export type { Mount, Rig } from 'monorange-wasm';
 export const DEGREE = Math.PI / 180;
 
 /** How wrong a supposed focal length may be: one standard deviation, as a share of it. */
-export const GUESSED_FOCAL_STD = 0.2;
+const GUESSED_FOCAL_STD = 0.2;
 
 /** How a camera may sit that nobody has measured, and how far off that may be. */
 const GUESSED_MOUNT: Mount = { height: 0.4, tilt: 12 * DEGREE, roll: 0, yaw: 0, forward: 0, left: 0 };
@@ -33,9 +33,18 @@ export function guessedRig(width: number, height: number, fieldOfView = 60 * DEG
     settings: [],
     settingsToml: '',
     guessed: true,
+    focalStd: GUESSED_FOCAL_STD,
     mountGuessed: true,
     source: 'a guess',
   };
+}
+
+const EXIF = 'the photo’s EXIF';
+
+/** The guess with the focal length that a photo's EXIF data gives, where they do: it and its standard deviation in pixels. */
+export function byExif(guess: Rig, given: Float64Array | null): Rig {
+  const [focal, std] = given ?? [];
+  return focal && std ? { ...guess, focal: [focal, focal], focalStd: std / focal, source: EXIF } : guess;
 }
 
 /** The horizontal field of view in radians. */
@@ -44,7 +53,11 @@ export function fieldOfView(rig: Rig): number {
 }
 
 /** What of the rig is only supposed, as the end of a sentence; empty where all is measured. */
-export function guessWords({ guessed, mountGuessed }: Rig): string {
+export function guessWords({ guessed, mountGuessed, source, focalStd }: Rig): string {
+  if (guessed && source === EXIF) {
+    const focal = `focal from ${EXIF}, ± ${Math.round(100 * focalStd)} %`;
+    return mountGuessed ? `${focal}; how the camera sits is a guess` : `the camera is a guess: ${focal}`;
+  }
   if (guessed && mountGuessed) return 'camera and mount are guesses';
   return guessed ? 'the camera is a guess' : mountGuessed ? 'how the camera sits is a guess' : '';
 }

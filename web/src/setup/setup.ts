@@ -113,8 +113,8 @@ export class Setup {
     const { rig } = this.#store.state;
     this.#before ??= rig;
     if (name === 'fieldOfView') {
-      const { focal, principal } = guessedRig(rig.width, rig.height, value);
-      this.#store.set({ rig: { ...rig, focal, principal } });
+      const { focal, principal, focalStd, source } = guessedRig(rig.width, rig.height, value);
+      this.#store.set({ rig: { ...rig, focal, principal, focalStd, source } });
     } else this.#store.set({ rig: withMount(rig, { ...rig.mount, [name]: value }) });
   }
 
@@ -192,7 +192,7 @@ export class Setup {
 function cameraWords(rig: Rig): string {
   const size = `${rig.width} × ${rig.height}`;
   if (rig.guessed) {
-    return `${size}, not calibrated: the view angle is a guess, and every range with it. Open a camera file (ROS, OpenCV, Kalibr or rig.toml) for real ones.`;
+    return `${size}, not calibrated: the view angle is ${rig.source === 'a guess' ? rig.source : `from ${rig.source}, ± ${Math.round(100 * rig.focalStd)} %, a guess`}, and every range with it. Open a camera file (ROS, OpenCV, Kalibr or rig.toml) for real ones.`;
   }
   return `${size}, focal length ${rig.focal[0].toFixed(1)} px, from ${rig.source}.`;
 }
