@@ -371,6 +371,9 @@ mod tests {
         let recording = Recording::read(Path::new("drive.mcap"), Choice::default()).unwrap();
         memory::withdraw_all();
         assert_eq!(recording.times, [0.5, 1.5, 2.5, 3.5]);
-        assert_eq!(recording.rig().unwrap().finder.camera().width(), 64);
+        // Of the overlays, which are enlarged.
+        let camera = *recording.rig().unwrap().finder.camera();
+        assert_eq!(recording.frames[0].size(), Some([camera.width(), camera.height()]));
+        assert_eq!(camera.width(), 8 * 64);
     }
 }
