@@ -1,6 +1,7 @@
 /** The result in words: a sentence that everyone sees, and tables that tell a screen reader what the views show. */
 import { CORNER, DECISION, VERDICT, type FrameResult } from '../model/protocol.ts';
 import { guessWords } from '../model/rig.ts';
+import { truthOf } from '../model/truth.ts';
 import { bearing, count, metres, plusMinus } from '../model/units.ts';
 import { byId, element } from './dom.ts';
 import { resultOf, type State, type Store } from './state.ts';
@@ -22,6 +23,9 @@ const VERDICTS = {
   [VERDICT.Lost]: 'lost: the pose is not known, and the map is not to be believed',
 } as const;
 
+/** In place of "consistent" where the truth speaks against it. */
+const BESIDE_TRUTH = 'no innovation shows it: check units, signs and frame of the truth, and of odometry and mount';
+
 export interface Summary {
   /** Metres driven. */
   path: number;
@@ -34,8 +38,11 @@ export interface Summary {
   /** What speaks against the filter; empty where nothing does. */
   reason: string;
   meanNis: number;
-  /** Distance of the last position from the truth in metres, and whether it is inside 3σ; null without truth. */
-  off: { metres: number; inside: boolean } | null;
+  /**
+   * Distance from the truth of the last position that it covers, in metres, and whether it is inside 3σ; how many pictures it covers, whether the
+   * last one is among them, and whether most poses are outside 3σ; null without truth.
+   */
+  off: { metres: number; inside: boolean; covered: number; atEnd: boolean; against: boolean } | null;
 }
 
 export function summaryOf({ results, sequence }: Pick<State, 'results' | 'sequence'>): Summary | null {
@@ -50,7 +57,7 @@ export function summaryOf({ results, sequence }: Pick<State, 'results' | 'sequen
   const corners = used.reduce((sum, result) => sum + result.corners.length / CORNER.Width, 0);
   return {
     path, corners, used: used.length, landmarks: confirmed(last), std: positionStd(last),
-    verdict: last.verdict as keyof typeof VERDICTS, reason: last.reason, meanNis: last.meanNis, off: offTruth(last, sequence?.truth ?? null),
+    verdict: last.verdict as keyof typeof VERDICTS, reason: last.reason, meanNis: last.meanNis, off: offTruth(used, sequence?.truth ?? null),
   };
 }
 
@@ -64,14 +71,28 @@ export function positionStd({ covariance }: FrameResult): number {
   return Math.sqrt(Math.max(covariance[0] ?? 0, covariance[3] ?? 0));
 }
 
-function offTruth({ index, pose, covariance }: FrameResult, truth: Float32Array | null): Summary['off'] {
-  const [x = NaN, y = NaN] = truth?.subarray(3 * index, 3 * index + 2) ?? [];
-  if (Number.isNaN(x) || Number.isNaN(y)) return null;
-  const [dx, dy] = [(pose[0] ?? 0) - x, (pose[1] ?? 0) - y];
+function offTruth(used: FrameResult[], given: Float32Array | null): Summary['off'] {
+  const truth = truthOf(given, used);
+  const covered = truth ? used.filter(({ index }) => !Number.isNaN(truth[3 * index] ?? NaN)) : [];
+  const end = covered.at(-1);
+  if (!truth || !end) return null;
+  const known = covered.map((result) => fromTruth(result, truth)).filter(({ known }) => known);
+  const inside = known.filter(({ inside }) => inside).length;
+  return { ...fromTruth(end, truth), covered: covered.length, atEnd: end === used.at(-1), against: inside < 0.5 * known.length };
+}
+
+function fromTruth({ index, pose, covariance }: FrameResult, truth: Float32Array): { metres: number; inside: boolean; known: boolean } {
+  const [dx, dy] = [(pose[0] ?? 0) - (truth[3 * index] ?? NaN), (pose[1] ?? 0) - (truth[3 * index + 1] ?? NaN)];
   const [xx = 0, xy = 0, , yy = 0] = covariance;
   const determinant = xx * yy - xy * xy;
   const distance = determinant > 0 ? (dx * dx * yy - 2 * dx * dy * xy + dy * dy * xx) / determinant : 0;
-  return { metres: Math.hypot(dx, dy), inside: distance <= 9 };
+  return { metres: Math.hypot(dx, dy), inside: distance <= 9, known: determinant > 0 };
+}
+
+function truthWords({ metres, inside, covered, atEnd }: NonNullable<Summary['off']>, used: number): string {
+  const distance = `${metres < 1 ? `${Math.round(metres * 100)} cm` : `${metres.toFixed(2)} m`} from the truth, ${inside ? 'inside' : 'outside'} 3σ`;
+  if (covered === used) return distance;
+  return `${distance}${atEnd ? '' : ' in the last picture that it covers'} (the truth covers ${covered} of ${count(used, 'picture')})`;
 }
 
 /** What came out, or why nothing did and what to do. */
@@ -93,8 +114,8 @@ export function resultSentence(state: Readonly<State>): string {
   const parts = [
     still ? `The pictures show no motion that could be measured, in ${count(used, 'picture')}` : `${path.toFixed(1)} m driven in ${count(used, 'picture')}`,
     count(landmarks, 'landmark'), `position ${plusMinus(std)} at the end`,
-    ...(off ? [`${off.metres < 1 ? `${Math.round(off.metres * 100)} cm` : `${off.metres.toFixed(2)} m`} from the truth, ${off.inside ? 'inside' : 'outside'} 3σ`] : []),
-    `${VERDICTS[verdict]}${reason && `: ${reason}`}${verdict === VERDICT.Unchecked ? '' : ` (mean NIS ${meanNis.toFixed(2)}, 1 is right)`}`,
+    ...(off ? [truthWords(off, used)] : []),
+    `${off?.against && verdict === VERDICT.Consistent ? BESIDE_TRUTH : VERDICTS[verdict]}${reason && `: ${reason}`}${verdict === VERDICT.Unchecked ? '' : ` (mean NIS ${meanNis.toFixed(2)}, 1 is right)`}`,
     ...(guess ? [`but ${guess}: ± is no better than that`] : []),
   ];
   return `${parts.join('; ')}.`;

@@ -3,6 +3,7 @@ import { byId } from '../app/dom.ts';
 import { resultOf, type State, type Store } from '../app/state.ts';
 import type { Ground } from '../camera-view/ground.ts';
 import { LANDMARK, type FrameResult } from '../model/protocol.ts';
+import { truthOf } from '../model/truth.ts';
 import { palette, type Palette } from '../theme/palette.ts';
 import { Canvas, font } from '../views/canvas.ts';
 import { ellipseOf } from '../views/ellipse.ts';
@@ -132,7 +133,8 @@ export class MapView {
     const result = resultOf(state);
     if (layers['footprint']) this.#drawFootprint(context, result, colours);
     if (layers['path']) this.#drawPath(context, state, colours);
-    if (layers['truth'] && state.sequence?.truth) this.#drawTruth(context, state.sequence.truth, colours);
+    const truth = layers['truth'] ? truthOf(state.sequence?.truth ?? null, state.results) : null;
+    if (truth) this.#drawTruth(context, truth, colours);
     if (result && layers['landmarks']) this.#drawLandmarks(context, result, state.selected, colours);
     this.#drawRobot(context, result, colours);
     this.#drawScale(context, colours);

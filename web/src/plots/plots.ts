@@ -1,6 +1,7 @@
 /** Three plots over the frames: pose error, NIS, time a stage; each can be had as a table and as a picture. */
 import { byId, element } from '../app/dom.ts';
 import type { Store } from '../app/state.ts';
+import { truthOf } from '../model/truth.ts';
 import { axisNumber } from '../model/units.ts';
 import { save } from '../app/save.ts';
 import { palette, type Palette } from '../theme/palette.ts';
@@ -27,7 +28,7 @@ export function mountPlots(store: Store, show: (frame: number) => void): void {
   const panel = byId('plots');
   let component: Component = 'x';
   const kinds: Kind[] = [
-    { title: 'Pose', hint: 'Position and heading within ±3σ, against the truth where there is one', style: 'error', series: () => poseError(store.state.results, store.state.sequence?.truth ?? null, component) },
+    { title: 'Pose', hint: 'Position and heading within ±3σ, against the truth where there is one', style: 'error', series: () => poseError(store.state.results, truthOf(store.state.sequence?.truth ?? null, store.state.results), component) },
     { title: 'NIS ÷ degrees of freedom', hint: 'Whether the errors are as large as the filter believes', style: 'band', series: () => nis(store.state.results) },
     { title: 'Time a stage', hint: 'Milliseconds for each picture', style: 'stack', series: () => stageTimes(store.state.results) },
   ];
