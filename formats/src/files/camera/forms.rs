@@ -52,7 +52,10 @@ pub(super) fn camera(
     if number.is_none() && names.len() > 1 {
         let cause =
             format!("holds {} cameras ({}), of which {} is used", names.len(), names.join(", "), chosen.name);
-        Error::new(cause).at(path).help("choose another one with --camera N, counted from 0, or leave the others out of the file").warn();
+        Error::new(cause)
+            .at(path)
+            .help("choose another one with --camera N, counted from 0, or leave the others out of the file")
+            .warn();
     }
     chosen.read(size).map_err(|error| match names.len() {
         1 => error,
