@@ -14,7 +14,7 @@ use std::path::PathBuf;
 /// Pixels that one thread takes at a time.
 const CHUNK: usize = 4096;
 /// Pixels that go through the lens together.
-const TOGETHER: usize = 4;
+const TOGETHER: usize = 8;
 
 /// A calibrated camera on its mount: pixels of the floor to range and bearing, with covariance.
 ///
