@@ -18,7 +18,7 @@ use core::mem::MaybeUninit;
 use monorange_core::{
     Error,
     lines::{self, EdgePoint, mask_words, point_count, row_words},
-    pipeline::{self, Config, Memory, Pipeline, Report, Storage, state_len},
+    pipeline::{self, Config, Lent, Memory, Pipeline, Report, state_len},
     slam::{self, packed_len, states_for, storage_len},
 };
 use monorange_protocol::{conversion, message::*};
@@ -32,18 +32,6 @@ const STATES: usize = states_for(LANDMARKS, true);
 const FINGERPRINT: usize = 4;
 const STATE_BYTES: usize = FINGERPRINT + state_len(STATES, LANDMARKS);
 const _: () = assert!(STATE_BYTES <= 2 * row_words(WIDTH, HEIGHT));
-
-/// Memory lent for good.
-#[derive(Clone, Copy, Debug)]
-pub struct Lent;
-
-impl Storage for Lent {
-    type Words = &'static mut [u16];
-    type Masks = &'static mut [u32];
-    type Points = &'static mut [EdgePoint];
-    type Numbers = &'static mut [f32];
-    type Landmarks = &'static mut [slam::Landmark<f32>];
-}
 
 /// All that depends on the size of picture and map: a board keeps one in a static.
 #[derive(Debug)]

@@ -7,21 +7,10 @@ use crate::{
 use core::ffi::{CStr, c_char, c_void};
 use monorange_core::{
     lines::{EdgePoint, mask_words, point_count, row_words},
-    pipeline::{self, Config, Memory, Odometry, Pipeline, Report, Storage},
+    pipeline::{self, Config, Lent, Memory, Odometry, Pipeline, Report},
     setting::Value,
     slam::{self, states_for, storage_len},
 };
-
-/// Memory lent by C.
-struct Lent;
-
-impl Storage for Lent {
-    type Words = &'static mut [u16];
-    type Masks = &'static mut [u32];
-    type Points = &'static mut [EdgePoint];
-    type Numbers = &'static mut [f32];
-    type Landmarks = &'static mut [slam::Landmark<f32>];
-}
 
 /// Pose and map of a robot from its camera's pictures and its wheels.
 pub struct Drive {

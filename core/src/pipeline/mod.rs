@@ -40,7 +40,7 @@ pub use settings::{setting_number, settings};
 pub use snapshot::state_len;
 #[cfg(feature = "alloc")]
 pub use storage::OnHeap;
-pub use storage::{Memory, Storage};
+pub use storage::{Lent, Memory, Storage};
 #[cfg(all(feature = "alloc", feature = "sift"))]
 pub use visual_motion::{VisualConfig, VisualMotion, VisualStep};
 

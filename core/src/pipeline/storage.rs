@@ -4,7 +4,7 @@ use crate::slam::Landmark;
 
 /// Where a pipeline keeps what depends on the size of the picture and of the map.
 ///
-/// A microcontroller names arrays here, a host uses `OnHeap` (feature `alloc`).
+/// A microcontroller names arrays here or lends statics ([`Lent`]), a host uses `OnHeap` (feature `alloc`).
 pub trait Storage {
     /// 16-bit words: line buffers and the Hough accumulator.
     type Words: AsRef<[u16]> + AsMut<[u16]>;
@@ -16,6 +16,18 @@ pub trait Storage {
     type Numbers: AsRef<[f32]> + AsMut<[f32]>;
     /// Records of the landmarks.
     type Landmarks: AsRef<[Landmark<f32>]> + AsMut<[Landmark<f32>]>;
+}
+
+/// Storage in memory that is lent for good, as statics are.
+#[derive(Clone, Copy, Debug)]
+pub struct Lent;
+
+impl Storage for Lent {
+    type Words = &'static mut [u16];
+    type Masks = &'static mut [u32];
+    type Points = &'static mut [EdgePoint];
+    type Numbers = &'static mut [f32];
+    type Landmarks = &'static mut [Landmark<f32>];
 }
 
 /// The memory that a [`Pipeline`](super::Pipeline) is lent.
