@@ -1,7 +1,7 @@
 //! `cargo xtask firmware`: the co-processor in QEMU.
 mod program;
 
-use crate::{setup, shell};
+use crate::{python, setup, shell, test};
 use anyhow::{Context, Result, ensure};
 use program::{Program, is_double};
 use std::path::{Path, PathBuf};
@@ -162,6 +162,13 @@ pub(crate) fn test(frames: usize) -> Result<()> {
     cargo
         .env("MONORANGE_FUZZ_CASES", FUZZ_CASES)
         .env("MONORANGE_MPS2_AN500_CRASH", Board::An500.image("crash"));
+    // What another reader of MAVLink makes of `feed --mavlink`.
+    match python::with("pymavlink")? {
+        Some(python) => _ = cargo.env("MONORANGE_PYTHON", python),
+        None => {
+            test::skipped("MAVLink by pymavlink", "needs Python 3.9 or newer with its modules venv and pip")?
+        }
+    }
     for board in BOARDS {
         let variable = format!("MONORANGE_{}", board.machine().to_uppercase().replace('-', "_"));
         cargo.env(variable, board.image(""));

@@ -27,11 +27,8 @@ pub(crate) fn test() -> Result<()> {
         );
     }
     let folder = shell::target().join("python");
-    let (clean, whole) = (folder.join("clean"), folder.join("tests"));
+    let (clean, whole) = (folder.join("clean"), tests_environment()?);
     shell::run(shell::command("python3", ["-m", "venv", "--clear"]).arg(&clean))?;
-    if !python(&whole).exists() {
-        shell::run(shell::command("python3", ["-m", "venv"]).arg(&whole))?;
-    }
     // The compiler and the registry are waited for at once. With the profile of everything else here little is compiled again.
     let wheels = folder.join("wheels");
     let _ = fs::remove_dir_all(&wheels);
@@ -46,6 +43,25 @@ pub(crate) fn test() -> Result<()> {
     let monorange = shell::target().join("debug/monorange").with_extension(std::env::consts::EXE_EXTENSION);
     let mut pytest = shell::command(python(&whole), ["-m", "pytest", "--quiet", "--durations=5", "python"]);
     shell::run(pytest.env("MONORANGE", monorange).env("MONORANGE_SKIPPED", test::skipped_list()))
+}
+
+/// The interpreter of the tests' environment with this module in it, where this machine has Python.
+pub(crate) fn with(module: &str) -> Result<Option<PathBuf>> {
+    if !setup::python() {
+        return Ok(None);
+    }
+    let whole = tests_environment()?;
+    shell::run(pip(&whole, &["install"]).arg(module))?;
+    Ok(Some(python(&whole)))
+}
+
+/// The environment that the tests run in, made when it is missing.
+fn tests_environment() -> Result<PathBuf> {
+    let whole = shell::target().join("python/tests");
+    if !python(&whole).exists() {
+        shell::run(shell::command("python3", ["-m", "venv"]).arg(&whole))?;
+    }
+    Ok(whole)
 }
 
 /// An environment's interpreter.

@@ -1,5 +1,6 @@
 //! `feed`: a sequence of pictures to a co-processor, and what it answers.
 mod line;
+mod mavlink;
 mod session;
 
 use crate::{
@@ -11,6 +12,7 @@ use crate::{
 };
 use clap::Args;
 use line::Line;
+use mavlink::Mavlink;
 use monorange_core::{
     geometry::Pose,
     pipeline::{Carrier, Config},
@@ -46,6 +48,10 @@ pub struct Arguments {
     inputs: Inputs,
     #[command(flatten)]
     line: Line,
+    /// Send what comes of each picture to a flight controller or a ground station as MAVLink 2: ODOMETRY with covariance, and
+    /// DISTANCE_SENSOR (straight ahead) and OBSTACLE_DISTANCE from the virtual scan of the same picture, made on this computer.
+    #[arg(long, value_name = "udp:HOST:PORT")]
+    mavlink: Option<mavlink::Address>,
     /// Frames between two states that are kept for a resumption.
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u16).range(1..))]
     save_every: u16,
@@ -84,6 +90,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         health: Health::default(),
         gate: rig.settings.filter.gate_nis[1],
         start: sequence.times.first().copied().unwrap_or_default(),
+        mavlink: arguments.mavlink.as_ref().map(|address| Mavlink::new(address, &rig)).transpose()?,
     };
     drive.all_frames(usize::from(arguments.save_every), patience)?;
     let Drive { mut run, health, start, .. } = drive;
@@ -116,6 +123,8 @@ struct Drive<'a> {
     gate: f32,
     /// Time of the first frame: the device's clock begins there.
     start: f64,
+    /// Whom else it is told.
+    mavlink: Option<Mavlink>,
 }
 
 /// How far the drive was when the device's state was saved.
@@ -240,6 +249,10 @@ impl Drive<'_> {
         let time_us = conversion::us_from_seconds(time - self.start);
         let answer = self.session.frame(frame as u32, time_us, &motion, &picture)?;
         self.note(frame, *time, &answer);
+        if let (Some(mavlink), Some(pose)) = (&mut self.mavlink, &answer.pose) {
+            let told = mavlink.frame(frame, *time, pose, &picture, self.sequence.odometry.as_ref());
+            told.map_err(|error| Failure::Refused(error.at(image.name())))?;
+        }
         Ok(())
     }
 

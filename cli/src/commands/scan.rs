@@ -117,7 +117,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 }
 
 /// Takes the robot's motion between two pictures.
-fn travel(scanner: &mut Scanner, odometry: Option<&Odometry>, from: f64, to: f64) {
+pub(super) fn travel(scanner: &mut Scanner, odometry: Option<&Odometry>, from: f64, to: f64) {
     let Some(odometry) = odometry else { return scanner.forget_past() };
     for control in odometry.between(from, to) {
         if control.unknown != [0.0; 2] {

@@ -8,6 +8,7 @@ mod emulator;
 use emulator::{Board, boards};
 use std::{
     fs,
+    io::{BufRead, BufReader},
     path::Path,
     process::{Command, Output},
 };
@@ -113,4 +114,95 @@ fn a_board_that_is_replaced_in_mid_sequence_leaves_no_trace() {
     let warnings = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success() && warnings.contains("again from frame"), "{warnings}");
     assert_same_files(folder.path(), "resumed", &board);
+}
+
+/// The lines of a table as numbers, without its header; what is none is NaN.
+fn table(path: &Path) -> Vec<Vec<f64>> {
+    let numbers = |line: &str| line.split(',').map(|field| field.parse().unwrap_or(f64::NAN)).collect();
+    fs::read_to_string(path).unwrap().lines().skip(1).map(numbers).collect()
+}
+
+#[test]
+fn pymavlink_reads_where_the_robot_is_and_what_stands_before_it() {
+    let Some(board) = boards().into_iter().next() else { return };
+    let Some(python) = std::env::var_os("MONORANGE_PYTHON") else {
+        assert!(std::env::var_os("CI").is_none(), "no Python given: run `cargo xtask firmware test`");
+        eprintln!("skipped: no Python with pymavlink is given; `cargo xtask firmware test` has one");
+        return;
+    };
+    const FRAMES: usize = 6;
+    let folder = prepared(FRAMES);
+    let emulator = board.start("mavlink");
+    emulator.connect();
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/feed/mavlink.py");
+    let mut listener = Command::new(python)
+        .args([script, &FRAMES.to_string()])
+        .stdout(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut told = BufReader::new(listener.stdout.take().unwrap()).lines().map(|line| line.unwrap());
+    let address = format!("udp:127.0.0.1:{}", told.next().expect("a port"));
+    let line = emulator.line().to_str().unwrap().to_owned();
+    let feed = [&["feed"], &INPUTS[..], &["--unix", &line, "--mavlink", &address, "--out", "feed"]].concat();
+    monorange(folder.path(), &feed);
+    let messages: Vec<serde_json::Value> = told.map(|line| serde_json::from_str(&line).unwrap()).collect();
+    assert!(listener.wait().unwrap().success());
+    let of =
+        |kind: &str| messages.iter().filter(|message| message["mavpackettype"] == kind).collect::<Vec<_>>();
+    assert!(!of("HEARTBEAT").is_empty());
+    let near = |told: &serde_json::Value, expected: f64, most: f64, what: &str| {
+        let told = told.as_f64().unwrap_or(f64::NAN);
+        assert!((told - expected).abs() <= most, "{what}: {told}, not {expected}");
+    };
+
+    // Where the robot is: `trajectory.csv`, with y and the heading to the right.
+    let (poses, path) = (of("ODOMETRY"), table(&folder.path().join("feed/trajectory.csv")));
+    assert_eq!((poses.len(), path.len()), (FRAMES, FRAMES));
+    for (pose, row) in poses.iter().zip(&path) {
+        assert_eq!((&pose["system"], &pose["component"]), (&1.into(), &197.into()));
+        // LOCAL_FRD and BODY_FRD, the only ones that ArduPilot takes.
+        assert_eq!((&pose["frame_id"], &pose["child_frame_id"]), (&20.into(), &12.into()));
+        let [t, x, y, heading, xx, xy, xh, yy, yh, hh] = row[..] else { panic!("{row:?}") };
+        near(&pose["time_usec"], (t - path[0][0]) * 1e6, 1.0, "time");
+        near(&pose["x"], x, 1e-6, "x");
+        near(&pose["y"], -y, 1e-6, "y");
+        near(&pose["q"][0], (0.5 * heading).cos(), 1e-6, "q");
+        near(&pose["q"][3], (-0.5 * heading).sin(), 1e-6, "q");
+        for (place, value) in [(0, xx), (1, -xy), (5, -xh), (6, yy), (10, yh), (20, hh), (11, 0.0)] {
+            near(&pose["pose_covariance"][place], value, 1e-6 * value.abs(), "covariance");
+        }
+    }
+    assert!(poses.iter().skip(1).all(|pose| pose["vx"].as_f64().is_some_and(|speed| speed > 0.05)));
+
+    // What stands before it: `monorange scan` with as many beams.
+    let scan = [&["scan"], &INPUTS[..], &["--beams", "72", "--out", "scan.csv"]].concat();
+    monorange(folder.path(), &scan);
+    let scan = table(&folder.path().join("scan.csv"));
+    let obstacles = of("OBSTACLE_DISTANCE");
+    assert_eq!((obstacles.len(), scan.len()), (FRAMES, FRAMES * 72));
+    let kinds = fs::read_to_string(folder.path().join("scan.csv")).unwrap();
+    let kinds: Vec<_> = kinds.lines().skip(1).map(|line| line.rsplit(',').next().unwrap()).collect();
+    let mut walls = 0;
+    for (frame, sent) in obstacles.iter().enumerate() {
+        // The other way round: beams go from right to left.
+        for (place, at) in (frame * 72..(frame + 1) * 72).rev().enumerate() {
+            let bearing =
+                sent["angle_offset"].as_f64().unwrap() + place as f64 * sent["increment_f"].as_f64().unwrap();
+            assert!((bearing + scan[at][1].to_degrees()).abs() < 1e-3, "{bearing}° is not beam {at}");
+            let expected = match kinds[at] {
+                "unknown" => f64::from(u16::MAX),
+                "beyond" => sent["max_distance"].as_f64().unwrap() + 1.0,
+                _ => (scan[at][3] * 100.0).round(),
+            };
+            walls += usize::from(expected < 60_000.0);
+            near(&sent["distances"][place], expected, 1.0, "distance");
+        }
+    }
+    assert!(walls > 72, "{walls}");
+    let ahead = of("DISTANCE_SENSOR");
+    assert!(
+        ahead
+            .iter()
+            .all(|sent| sent["orientation"] == 0 && sent["max_distance"] == obstacles[0]["max_distance"])
+    );
 }
