@@ -146,7 +146,7 @@ impl Mapper {
         camera.map_or((0, 0), |camera| (camera.width(), camera.height()))
     }
 
-    /// The last row of a region of interest, so many times.
+    /// Repeats the last row of a region of interest `times` times.
     fn push_line(&mut self, times: usize) {
         let (line, width) = (self.line, self.size().0);
         (0..times).for_each(|_| self.push(line.get(..width).unwrap_or_default()));

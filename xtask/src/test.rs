@@ -96,7 +96,10 @@ fn packages() -> Result<()> {
     }
     let packages = PACKAGES.map(|name| format!("-p {name}")).join(" ");
     let package = format!("package --allow-dirty --quiet {packages}");
-    shell::run(shell::cargo(&package).env("CARGO_TARGET_DIR", &folder))
+    // Nobody steps through what is built here.
+    shell::run(
+        shell::cargo(&package).env("CARGO_TARGET_DIR", &folder).env("CARGO_PROFILE_DEV_DEBUG", "false"),
+    )
 }
 
 /// The core without a standard library, as a microcontroller and a browser build it.

@@ -182,7 +182,7 @@ impl Drive<'_> {
         Ok(())
     }
 
-    /// Plays a frame, or asks for the map after the last one; before every so many of them saves the state.
+    /// Plays a frame, or asks for the map after the last one; saves the state before every `save_every`th frame.
     fn advance(
         &mut self,
         frame: usize,

@@ -17,16 +17,17 @@ const SMEARED_PX: f32 = 5.0;
 const LEAST_SIDE: u16 = 8;
 /// Squared deviations by which two sides of a floor line may differ and still be one line.
 const DISAGREEMENT: f32 = 4.0;
-/// Below a foot, an edge is looked for over so many pixels, no farther from the vertical line than this.
+/// Length of the strip below a foot in which another edge is looked for, px.
 const BELOW_PX: f32 = 10.0;
+/// Half of that strip's width, from the vertical line, px.
 const BESIDE_PX: f32 = 2.0;
 /// Least tangent of the angle of a foot below the horizon.
 const LEAST_FALL: f32 = 0.01;
 /// A floor line that ends so far from a crossing leaves it open whether it belongs there, px.
 const AMBIGUOUS_PX: f32 = 14.0;
-/// An edge under a foot is looked for so far to its sides, px.
+/// Half of the width of the strip under a foot in which an edge of a skirting board is looked for, px.
 const UNDER_PX: f32 = 4.0;
-/// So many points make an edge there.
+/// Points that make an edge there.
 const SKIRTING_POINTS: usize = 3;
 /// Corners closer than this are one.
 const SAME_PX: f32 = 3.0;

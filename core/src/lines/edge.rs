@@ -7,7 +7,7 @@ use nalgebra::Vector2;
 pub(crate) const STEPS: f32 = 256.0;
 /// Half a grey level per pixel, as gradients are stored.
 const HALF_LEVEL: f32 = GRADIENT_SCALE / 2.0;
-/// Steep edges keep a point every so many strides: upright lines are longer than those of the floor, and neighbours' noise is
+/// Strides from one kept point of a steep edge to the next: upright lines are longer than those of the floor, and neighbours' noise is
 /// so much alike that every fourth pixel still says 97 % of what all say.
 pub(super) const STEEP_STRIDES: usize = 2;
 /// Largest sub-pixel offset of a maximum between three samples.
@@ -159,7 +159,7 @@ pub(crate) fn unit(direction: u8) -> Vector2<f32> {
 pub(super) struct EdgeList {
     /// Points in the list.
     pub(super) len: usize,
-    /// Every how many pixels along it a flat edge keeps a point; a steep one, every [`STEEP_STRIDES`] times as many.
+    /// Pixels along a flat edge from one kept point to the next; along a steep edge [`STEEP_STRIDES`] times as many.
     pub(super) stride: usize,
     /// Points that were found: `stride` for every one that was kept at the time.
     pub(super) found: u32,

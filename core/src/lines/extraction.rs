@@ -102,7 +102,7 @@ pub struct Corner {
 /// What was left out because a capacity was reached; all zero (and a stride of 1) when nothing was.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Truncations {
-    /// Every how many pixels along a flat edge a point was kept, and every how many second pixels along a steep one; 1 is all.
+    /// Stride of the kept edge points: one for each `stride` pixels along flat edges and each 2 · `stride` along steep ones.
     pub edge_stride: usize,
     /// Maxima of the Hough transform that were not looked at.
     pub peaks: u32,

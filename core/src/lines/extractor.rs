@@ -16,7 +16,7 @@ use crate::image::{
 use crate::{Error, Result};
 use nalgebra::Vector2;
 
-/// Every how many rows the noise is measured.
+/// Rows from one measurement of the noise to the next.
 const NOISE_ROWS: usize = 16;
 
 /// Finds floor corners in pictures that come row by row.

@@ -21,12 +21,12 @@ pub(crate) trait EdgeSample {
 pub(crate) struct Sampling {
     /// Standard deviation of the picture's noise, grey levels.
     pub(crate) noise_std: f32,
-    /// Every how many pixels along a flat edge there is a point.
+    /// Pixels along a flat edge from one point to the next.
     pub(crate) stride: usize,
 }
 
 impl Sampling {
-    /// Every how many pixels along the dominant axis of an edge with this normal there is a point.
+    /// Pixels along the dominant axis, from one point to the next, of an edge with this normal.
     pub(super) fn stride(&self, normal: Vector2<f32>) -> usize {
         if normal.x.abs() >= normal.y.abs() { self.steep_stride() } else { self.stride }
     }

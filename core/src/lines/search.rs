@@ -11,7 +11,7 @@ use nalgebra::Vector2;
 /// Distances from the current line within which points are taken, px: the first for the Hough maximum (to which
 /// a cell of the accumulator is added), then for each fit.
 const GATES_PX: [f32; 3] = [1.5, 2.0, 1.0];
-/// With the first so many of them the points are looked for anew.
+/// For the first of these gates a line's points are collected anew from the whole pass; later gates only leave points out.
 const WIDE_GATES: usize = 2;
 /// Least share of the pixels along a line that have a point.
 const LEAST_DENSITY: f32 = 0.6;

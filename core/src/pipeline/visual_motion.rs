@@ -31,9 +31,9 @@ pub struct VisualConfig {
     /// Standard deviation of a keypoint, px.
     pub keypoint_std_px: f32,
     /// Factor of a step's covariance, for two things that it leaves out. The steps of one keyframe's pictures are
-    /// differences of poses whose errors share the keyframe's noise but each have their own picture's, so that one step
-    /// is worse and the next makes good for it, while their covariances add up to the last pose's. And keypoints of one
-    /// surface err together where the view changes: in simulated corridors the squared error of the turn since the
+    /// differences of poses that share the keyframe's noise, so that errors of consecutive steps are negatively correlated; their
+    /// covariances, which add up to the last pose's, ignore that. And errors of keypoints on one surface are correlated where
+    /// the view changes: in simulated corridors the squared error of the turn since the
     /// keyframe was 1.4 times its variance with a keyframe every picture, 2.2 times with one every half of the camera's
     /// height, and 3.8 times with one every height; the path's 0.8 to 1.3 times (`visual_odometry corridor default=
     /// keyframe=0.25 keyframe=1` of the tests' examples, "since keyframe").

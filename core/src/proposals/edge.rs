@@ -2,7 +2,7 @@ use crate::lines::edge::STEPS;
 use crate::lines::fit::EdgeSample;
 use nalgebra::Vector2;
 
-/// Every how many rows a steep edge has a point: upright lines are longer than those of the floor, and neighbours' noise is so
+/// Rows from one point of a steep edge to the next: upright lines are longer than those of the floor, and neighbours' noise is so
 /// much alike that every second one says nearly all that all say.
 pub(super) const STEEP_STRIDE: usize = 2;
 /// Positions are counted in these parts of a pixel.

@@ -23,9 +23,9 @@ use crate::{Error, Result};
 use heapless::Vec;
 use nalgebra::Vector2;
 
-/// Every how many rows the noise is measured.
+/// Rows from one measurement of the noise to the next.
 const NOISE_ROWS: usize = 16;
-/// Every how many rows the gradient's level is.
+/// Rows from one measurement of the gradient's level to the next.
 const LEVEL_ROWS: usize = 8;
 /// A foot at a bend lies so near to it, and no other proposal does, units.
 const BEND_UNITS: f32 = 2.5;
@@ -64,7 +64,7 @@ const MAX_BINNING: usize = 16;
 pub struct Extractor<R, M, P> {
     config: ProposalConfig,
     finder: RangeFinder<f32>,
-    /// The picture that is searched: every so many pixels of the camera's, along either side, are one.
+    /// The picture that is searched; `binning` × `binning` of the camera's pixels are one of its.
     view: View,
     binning: usize,
 

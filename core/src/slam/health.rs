@@ -9,8 +9,8 @@
 //! | covariances that failed | the map began anew |
 //! | refusals among landmarks that should be in view | measurements that are told to be of the wrong landmark |
 //!
-//! One innovation beyond its gate counts as if it were on it: it may be of a neighbour that has no landmark, and how far off
-//! that is tells nothing of the covariance. The last row is needed because innovations are of accepted pairs only, and a pair
+//! An innovation beyond its gate contributes the gate's value, not its own NIS: it may come from a neighbour that has no landmark, and
+//! that neighbour's distance tells nothing of the covariance. The last row is needed because innovations are of accepted pairs only, and a pair
 //! is accepted where it fits.
 use crate::Real;
 use crate::slam::filter::{Decision, Outcome};

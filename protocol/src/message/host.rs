@@ -59,9 +59,9 @@ pub struct Mount {
 pub struct Answers {
     /// [`Observations`](super::Observations) of each frame: 0 or 1.
     pub observations: bool,
-    /// A [`Map`](super::Map) with every so many frames; 0 for never.
+    /// Frames from one [`Map`](super::Map) to the next; 0 for never.
     pub map_every: u16,
-    /// [`Statistics`](super::Statistics) with every so many frames; 0 for never.
+    /// Frames from one [`Statistics`](super::Statistics) to the next; 0 for never.
     pub statistics_every: u16,
 }
 

@@ -356,9 +356,9 @@ pub(in crate::slam) struct Nearby<T> {
 }
 
 impl<T: Real> Nearby<T> {
-    /// Whether a landmark in sight at `point`, of this variance relative to the robot, is beyond `nis` for certain: no
-    /// eigenvalue of the difference's covariance is above the noise's trace and three times those of the three parts that
-    /// are correlated (Cauchy's inequality).
+    /// Whether a landmark in sight at `point`, of this variance relative to the robot, is certainly beyond `nis`. The
+    /// difference's covariance has three correlated parts and the noise; its largest eigenvalue is at most three times the
+    /// parts' traces, plus the noise's trace (Cauchy's inequality).
     pub(in crate::slam) fn excludes(&self, point: &Vector2<T>, relative: T, nis: T) -> bool {
         // Twice the bound, for what linearisation leaves out.
         (self.point - point).norm_squared() > T::lit(2.0) * nis * (self.variance + T::lit(3.0) * relative)
