@@ -76,6 +76,7 @@ class Step:
     landmark: Any  #: (N,) int64, -1 for none
     decision: list[str]  #: update, birth, gated, tentative or rejected
     nis: Any  #: (N,) normalised innovation squared, NaN without one
+    scan: Scan | None = None  #: with `Drive(…, scan=True)`
 
 
 @dataclass(frozen=True)

@@ -1,12 +1,15 @@
-use crate::{errors::value, pictures::grey, range_finder::RangeFinder, results::make};
+use crate::{errors::value, pictures::grey, range_finder::RangeFinder, results::make, scanner::Scanner};
 use monorange_core::{
+    geometry::Pose,
     image::Grey,
     pipeline::{Memory, Odometry, OnHeap, Pipeline},
+    scan::ScanConfig,
 };
 use monorange_formats::{
-    files::{Rig, confirmed_map},
+    files::{Control, Rig, confirmed_map},
     report::Observation,
 };
+use nalgebra::Vector2;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
 
@@ -19,6 +22,7 @@ use pyo3::prelude::*;
 ///     finder: camera, mount and settings.
 ///     max_landmarks: that there is room for.
 ///     wheels: whether their readings are given; without them the pictures tell the motion.
+///     scan: whether each step has a `Scan` of its picture too, put together with the pictures before by the motion between them.
 #[pyclass(module = "monorange")]
 pub(crate) struct Drive {
     rig: Rig,
@@ -28,18 +32,23 @@ pub(crate) struct Drive {
     /// Time of the last picture.
     last: Option<f64>,
     frames: usize,
+    wheels: bool,
+    scanner: Option<Scanner>,
+    /// Pose at the last picture.
+    before: Option<Pose<f32>>,
 }
 
 #[pymethods]
 impl Drive {
     #[new]
-    #[pyo3(signature = (finder, max_landmarks = 512, wheels = true))]
-    fn new(finder: &RangeFinder, max_landmarks: usize, wheels: bool) -> PyResult<Self> {
+    #[pyo3(signature = (finder, max_landmarks = 512, wheels = true, scan = false))]
+    fn new(finder: &RangeFinder, max_landmarks: usize, wheels: bool, scan: bool) -> PyResult<Self> {
         let rig = finder.rig.clone();
         let camera = rig.finder.camera();
         let memory = Memory::on_heap(camera.width(), camera.height(), max_landmarks);
         let pipeline = Pipeline::new(rig.on_a_host(wheels), memory).map_err(value)?;
-        Ok(Self { rig, pipeline, start: None, last: None, frames: 0 })
+        let scanner = scan.then(|| Scanner::of_rig(rig.clone(), ScanConfig::default())).transpose()?;
+        Ok(Self { rig, pipeline, start: None, last: None, frames: 0, wheels, scanner, before: None })
     }
 
     /// What the wheels say: forward speed (m/s) and turn rate (rad/s) from `start` to `end` (s).
@@ -49,7 +58,14 @@ impl Drive {
         }
         let (begun, seconds) = (*self.start.get_or_insert(start), (end - start) as f32);
         let reading = Odometry::Velocity { v: v as f32, omega: omega as f32, seconds };
-        self.pipeline.odometry(end - begun, &reading).map_err(value)
+        self.pipeline.odometry(end - begun, &reading).map_err(value)?;
+        if let Some(scanner) = &mut self.scanner {
+            let velocity = Vector2::new(v, 0.0);
+            let control = Control { velocity, turn_rate: omega, duration: end - start, unknown: [0.0; 2] };
+            let (step, turn) = control.step();
+            scanner.go(&Pose::new(step.x as f32, step.y as f32, turn as f32));
+        }
+        Ok(())
     }
 
     /// What the wheels say: a step forward and left (m) and its turn (rad), from `start` to `end` (s).
@@ -61,7 +77,11 @@ impl Drive {
         let [forward, left, turn] = [forward, left, turn].map(|number| number as f32);
         self.pipeline
             .odometry(end - begun, &Odometry::Increment { forward, left, turn, seconds })
-            .map_err(value)
+            .map_err(value)?;
+        if let Some(scanner) = &mut self.scanner {
+            scanner.go(&Pose::new(forward, left, turn));
+        }
+        Ok(())
     }
 
     /// Takes a picture, and gives where the robot is and what was seen.
@@ -71,7 +91,7 @@ impl Drive {
     ///     picture: (height, width) uint8, contiguous; read without a copy.
     ///
     /// Returns:
-    ///     Step: pose, covariance and corners; the world is the robot's first pose.
+    ///     Step: pose, covariance, corners, and the scan if it was asked for; the world is the robot's first pose.
     fn picture<'py>(
         &mut self,
         py: Python<'py>,
@@ -96,6 +116,17 @@ impl Drive {
             report.corners.iter().map(|corner| Observation::of_corner(time, self.frames, corner)).collect();
         self.frames += 1;
         self.last = Some(time);
+        let before = self.before.replace(report.pose);
+        let scan = match &mut self.scanner {
+            Some(scanner) => {
+                // Without wheels the pictures have told the motion.
+                if let Some(before) = before.filter(|_| !self.wheels) {
+                    scanner.go(&before.inverse().compose(&report.pose));
+                }
+                Some(scanner.look(py, picture)?)
+            }
+            None => None,
+        };
         let (pose, covariance) = (report.pose, report.pose_covariance);
         let pose = PyArray1::from_slice(py, &[pose.x, pose.y, pose.heading].map(f64::from));
         let rows = covariance.transpose().iter().map(|number| f64::from(*number)).collect();
@@ -110,7 +141,7 @@ impl Drive {
             PyArray1::from_vec(py, seen.iter().map(|seen| seen.landmark.map_or(-1, i64::from)).collect());
         let decision: Vec<_> = seen.iter().map(|corner| corner.decision.as_str()).collect();
         let nis = column(|corner| corner.nis);
-        make(py, "Step", (time, pose, covariance, pixels, range, bearing, landmark, decision, nis))
+        make(py, "Step", (time, pose, covariance, pixels, range, bearing, landmark, decision, nis, scan))
     }
 
     /// The confirmed landmarks.

@@ -33,10 +33,8 @@ impl Scanner {
         if beams.is_some_and(|beams| !(2..=BEAMS).contains(&beams)) {
             return Err(value(format!("beams must be from 2 to {BEAMS}")));
         }
-        let rig = finder.rig.clone();
         let config = ScanConfig { beams: beams.unwrap_or(0), field, ..ScanConfig::default() };
-        let scanner = scanner(&rig, config).map_err(value)?;
-        Ok(Self { rig, scanner, moved: false })
+        Self::of_rig(finder.rig.clone(), config)
     }
 
     /// The robot has moved since the last picture: forward and left (m), then turned (rad). Several calls are one after the other.
@@ -44,8 +42,7 @@ impl Scanner {
         if ![forward, left, turn].into_iter().all(f32::is_finite) {
             return Err(value("forward and left (m) and turn (rad) must be finite numbers"));
         }
-        self.scanner.moved(&Pose::new(forward, left, turn));
-        self.moved = true;
+        self.go(&Pose::new(forward, left, turn));
         Ok(())
     }
 
@@ -64,6 +61,24 @@ impl Scanner {
         let pixels = grey(&picture, &self.rig)?;
         let camera = self.rig.finder.camera();
         let picture = Grey::new(pixels, camera.width(), camera.height()).map_err(value)?;
+        self.look(py, picture)
+    }
+}
+
+impl Scanner {
+    pub(crate) fn of_rig(rig: Rig, config: ScanConfig) -> PyResult<Self> {
+        let scanner = scanner(&rig, config).map_err(value)?;
+        Ok(Self { rig, scanner, moved: false })
+    }
+
+    /// The robot's motion since the last call or picture.
+    pub(crate) fn go(&mut self, before_from_after: &Pose<f32>) {
+        self.scanner.moved(before_from_after);
+        self.moved = true;
+    }
+
+    /// The `Scan` of a picture of the rig's size.
+    pub(crate) fn look<'py>(&mut self, py: Python<'py>, picture: Grey<'_>) -> PyResult<Bound<'py, PyAny>> {
         if !std::mem::take(&mut self.moved) {
             self.scanner.forget_past();
         }

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import monorange
-from test_drive import times
+from test_drive import drive_through, times
 
 
 def of_the_command_line(command, drive, *more):
@@ -50,6 +50,29 @@ def test_what_the_robot_has_moved_puts_pictures_together_as_on_the_command_line(
         assert scan.free == pytest.approx([float(cell["free"]) for cell in row], rel=1e-4)
         differ |= not np.array_equal(scan.free, alone.scan(picture).free)
     assert differ, "memory says something"
+
+
+def test_a_drive_scans_too_as_the_command_line_does_with_its_odometry(command, drive, pictures):
+    rows = of_the_command_line(command, drive, f"--odometry={drive / 'odometry.csv'}")
+    _, steps = drive_through(drive, pictures, scan=True)
+    for step, row in zip(steps, rows, strict=True):
+        assert step.scan.kind == [cell["kind"] for cell in row]
+        assert step.scan.free == pytest.approx([float(cell["free"]) for cell in row], rel=1e-4)
+    assert drive_through(drive, pictures[:1])[1][0].scan is None
+
+
+def test_without_wheels_the_pictures_motion_puts_scans_together(drive, pictures):
+    finder = monorange.RangeFinder.from_rig(drive / "rig.toml")
+    made, scanner = monorange.Drive(finder, wheels=False, scan=True), monorange.Scanner(finder)
+    steps = [made.picture(stamp, picture) for stamp, picture in zip(times(drive), pictures)]
+    poses = np.array([step.pose for step in steps])
+    for k, (step, picture) in enumerate(zip(steps, pictures)):
+        if k:
+            (dx, dy, turn), heading = poses[k] - poses[k - 1], poses[k - 1][2]
+            scanner.moved(dx * np.cos(heading) + dy * np.sin(heading), dy * np.cos(heading) - dx * np.sin(heading), turn)
+        scan = scanner.scan(picture)
+        assert step.scan.kind == scan.kind
+        assert step.scan.free == pytest.approx(scan.free, rel=1e-4)
 
 
 def test_what_is_wrong_is_said(drive):
