@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`files`] | every format that is read or written, one module each |
 //! | `bags` | recordings of ROS 2: MCAP and rosbag2 (feature `bags`) |
+//! | `board` | a printed chessboard in pictures: the camera, and the mount (feature `board`) |
 //! | [`pictures`] | folders of pictures, decoding to grey |
 //! | [`evaluation`] | a trajectory and a map against the truth |
 //! | [`extraction`] | the core's extractor with memory from the heap |
@@ -17,6 +18,8 @@
 //! the command line writes. Every [`Error`] names the file, the line or field, the cause and what to do.
 #[cfg(feature = "bags")]
 pub mod bags;
+#[cfg(feature = "board")]
+pub mod board;
 pub mod draw;
 mod error;
 pub mod evaluation;

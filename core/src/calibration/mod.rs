@@ -1,12 +1,13 @@
 //! The mount, calibrated: height, tilt, roll and yaw from what the camera sees.
 //!
 //! The paper measures the mount by hand and names that as its limit; its Table 2 errs mostly by about one degree
-//! of mount. Three kinds of evidence replace the hand:
+//! of mount. Four kinds of evidence replace the hand:
 //!
 //! | evidence | tells | where |
 //! |---|---|---|
 //! | floor points of known place | all six | [`fit_points`], [`explain_points`] |
 //! | edges that are vertical in the world | tilt and roll | [`fit_verticals`] |
+//! | a printed board (feature `alloc`) | the camera; height, tilt and roll where it lies on the floor | `board` |
 //! | a drive with odometry | height and angles | [`fit_drive`]; or the filter's own mount states ([`MountError::Estimated`]) |
 //!
 //! They are weighted least squares over any subset of m = (height, tilt, roll, yaw, forward, left):
@@ -28,6 +29,8 @@
 //! [`MountFit::indistinct`] says so.
 //!
 //! [`MountError::Estimated`]: crate::pipeline::MountError::Estimated
+#[cfg(feature = "alloc")]
+pub mod board;
 mod drive;
 mod explanation;
 mod points;
