@@ -57,7 +57,12 @@ async function start(): Promise<void> {
   new Timeline(store, (frame) => player.show(frame));
   mountPlots(store, (frame) => player.show(frame));
   undoButton = new Setup(store, () => camera.ground, (before) => session.remember(before), () => session.undo(),
-    (rig, rows) => engine.call('fitMount', { rig, rows })).undoButton;
+    (rig, rows) => engine.call('fitMount', { rig, rows }),
+    {
+      look: (board, files) => engine.call('board', { board, files }),
+      mount: (index, along) => engine.call('boardMount', { index, along }),
+      use: (file) => session.use(file),
+    }).undoButton;
   undoButton.disabled = true;
   mountExport(store, engine, { 'camera.png': camera.canvas, 'map.png': map.canvas });
   mountKeys(store, player, () => camera.fit(), () => session.undo());

@@ -102,6 +102,13 @@ export class PageSession {
     if (files.length > 0) await this.#begin(() => this.#engine.call('open', { files }), files);
   }
 
+  /** A rig or camera file that the page has made itself: as if it had been dropped, and it can be undone. */
+  async use(file: SourceFile): Promise<void> {
+    const before = this.#store.state.rig;
+    await this.open([file]);
+    if (this.#store.state.rig !== before) this.undoing.push(before);
+  }
+
   async #openVideo({ path, blob }: SourceFile, files: SourceFile[]): Promise<void> {
     await this.#begin(async () => {
       // A calibration is for the pictures as they are; without one they need not be larger than what is looked for in them.

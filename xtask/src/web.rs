@@ -16,7 +16,7 @@ struct Build {
 }
 
 const PIPELINE: (&str, &str) = ("wasm", "monorange-wasm");
-const BUILDS: [Build; 5] = [
+const BUILDS: [Build; 6] = [
     Build { packages: &[PIPELINE], profile: "wasm", variant: "simd" },
     Build { packages: &[PIPELINE], profile: "wasm", variant: "scalar" },
     // Loaded when needed, and never in a hurry.
@@ -41,6 +41,8 @@ const BUILDS: [Build; 5] = [
         profile: "wasm-small",
         variant: "scalar",
     },
+    // By itself: what finds chessboards asks for more of the libraries that the others have as well.
+    Build { packages: &[("wasm/board", "monorange-wasm-board")], profile: "wasm-small", variant: "scalar" },
 ];
 
 /// What must stay small, in bytes after gzip: start and end of the file's name, limit.
@@ -53,11 +55,13 @@ const LIMITS: [(&str, &str, u64); 3] = [
 /// What the empty page loads in all, bytes after gzip.
 const FIRST_LOAD: u64 = 330_000;
 /// What it does not load: how the names of the parts begin that come when they are needed.
-const LATER: [&str; 9] = [
+const LATER: [&str; 11] = [
+    "board",
     "containers",
     "files",
     "pictures",
     "results",
+    "monorange_wasm_board",
     "monorange_wasm_containers",
     "monorange_wasm_files",
     "monorange_wasm_pictures",

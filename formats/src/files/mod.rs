@@ -4,6 +4,10 @@
 mod camera;
 pub mod inputs;
 mod map;
+#[cfg_attr(
+    not(feature = "bags"),
+    allow(dead_code, reason = "recordings are read piece by piece, and nothing else")
+)]
 pub mod memory;
 mod odometry;
 mod order;

@@ -45,7 +45,8 @@ export async function fit(rig: Rig, rows: Float64Array): Promise<FittedMount> {
   return { mount: { height, tilt, roll, yaw }, std, rms, correlation };
 }
 
-async function decode(file: Uint8Array) {
+/** A picture that the browser cannot decode. */
+export async function decode(file: Uint8Array) {
   const pictures = await import('monorange-wasm-pictures');
   await pictures.init();
   const picture = new pictures.Picture(file);

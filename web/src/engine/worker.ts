@@ -128,6 +128,12 @@ const calls: { [Name in CallName]: (ask: Calls[Name]['ask']) => Promise<Calls[Na
   async endLive() {
     return opened().info();
   },
+  async board({ board, files }) {
+    return (await import('./board.ts')).calibrate(board, files, begin());
+  },
+  async boardMount({ index, along }) {
+    return (await import('./board.ts')).mountOf(index, along);
+  },
   fitMount: ({ rig, rows }) => fit(rig, rows),
   async write({ name }) {
     if (!ranWith) throw new Error('There is nothing to save yet.');

@@ -17,6 +17,36 @@ export interface FittedMount {
   correlation: number;
 }
 
+/** A printed chessboard: inner corners, and a square's side in metres. */
+export interface Board {
+  columns: number;
+  rows: number;
+  square: number;
+}
+
+/** What a picture of a board showed. */
+export interface BoardPicture {
+  name: string;
+  /** Why it was left out, as the end of a sentence about it; empty where it was used. */
+  reason: string;
+  /** Root mean square distance of its corners from where the camera sees them, px; 0 where it was left out. */
+  rms: number;
+  width: number;
+  height: number;
+  /** Rows u, v of the corners found. */
+  corners: Float64Array;
+  /** The picture made small, or null where it could not be read. */
+  small: ImageBitmap | null;
+}
+
+/** The camera that the pictures of a board tell, or a sentence why they tell none. */
+export interface BoardResult {
+  camera: Pick<Rig, 'width' | 'height' | 'focal' | 'principal' | 'distortion' | 'pixelStd'> & { std: number[]; rms: number } | null;
+  problem: string;
+  warnings: string[];
+  pictures: BoardPicture[];
+}
+
 /** In the order of a result's `stages`. */
 export const STAGES = ['decode', 'edges', 'lines', 'motion', 'map'] as const;
 
@@ -55,6 +85,10 @@ export interface Calls {
   /** The camera is off: what it saw is a sequence now. */
   endLive: { ask: null; answer: SequenceInfo };
   write: { ask: { name: string }; answer: string | Blob };
+  /** Pictures of a board, for the camera. */
+  board: { ask: { board: Board; files: SourceFile[] }; answer: BoardResult };
+  /** The mount from the picture of them in which the board lies on the floor; `along`: a side of it points straight ahead. Deviations of 0: not told. */
+  boardMount: { ask: { index: number; along: boolean }; answer: Pick<FittedMount, 'mount' | 'std'> };
   /** Rows u, v, x, y. */
   fitMount: { ask: { rig: Rig; rows: Float64Array }; answer: FittedMount };
 }

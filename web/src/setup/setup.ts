@@ -4,6 +4,7 @@ import { say } from '../app/messages.ts';
 import type { FloorPoint, Store } from '../app/state.ts';
 import type { Ground } from '../camera-view/ground.ts';
 import { save } from '../app/save.ts';
+import type { BoardTools } from './board.ts';
 import { fitOf, rowsOf, type MountFit } from './fit.ts';
 import type { FittedMount } from '../model/protocol.ts';
 import { DEGREE, fieldOfView, guessedRig, SET_MOUNT_STD, type Mount, type Rig } from '../model/rig.ts';
@@ -46,7 +47,7 @@ export class Setup {
   #fit: MountFit | string | null = null;
 
   /** `commit` is called when a setting has been changed for good, not while a slider moves, with what was before. */
-  constructor(store: Store, ground: () => Ground | null, commit: (before: Rig) => void, undo: () => void, fitMount: FitMount) {
+  constructor(store: Store, ground: () => Ground | null, commit: (before: Rig) => void, undo: () => void, fitMount: FitMount, board: BoardTools) {
     [this.#store, this.#ground, this.#commit, this.#fitMount] = [store, ground, commit, fitMount];
     this.undoButton.addEventListener('click', undo);
     const toggle = byId('setup-toggle');
@@ -56,6 +57,7 @@ export class Setup {
         element('button', { class: 'button', click: () => store.set({ setupOpen: false, pickingPoints: false }) }, 'Close')),
       this.#camera,
       element('section', {}, element('h3', {}, 'How the camera sits'), this.#mountWords, ...SLIDERS.map((slider) => this.#slider(slider))),
+      boardFold(store, board),
       this.#points,
       element('div', { class: 'row' },
         element('button', { class: 'button primary', click: () => save('rig.toml', rigToml(store.state.rig)) }, 'Save rig.toml'),
@@ -187,6 +189,16 @@ export class Setup {
     const result = element('p', { class: 'fit-result', role: 'status' }, `Fitted: ${words.join(', ')}. Points are off by ${(fit.rms * 100).toFixed(1)} cm rms.`);
     return fit.warning ? [result, element('p', { class: 'problem' }, fit.warning)] : [result];
   }
+}
+
+/** What few need loads when they open it. */
+function boardFold(store: Store, tools: BoardTools): HTMLElement {
+  const home = element('div', {});
+  const fold = element('details', { class: 'board' }, element('summary', {}, element('h3', {}, 'Calibrate with a board')), home);
+  fold.addEventListener('toggle', () => {
+    import('./board.ts').then(({ BoardPanel }) => new BoardPanel(home, store, tools), () => say('The calibration could not be loaded: reload the page.'));
+  }, { once: true });
+  return fold;
 }
 
 function cameraWords(rig: Rig): string {
