@@ -36,7 +36,18 @@ const FLOORS: [(&str, &[&str]); 4] = [
     ),
     (
         "formats/src",
-        &["error", "files", "pictures", "bags", "extraction", "evaluation", "draw", "sensor_log", "report"],
+        &[
+            "error",
+            "files",
+            "pictures",
+            "board",
+            "bags",
+            "extraction",
+            "evaluation",
+            "draw",
+            "sensor_log",
+            "report",
+        ],
     ),
     (
         "cli/src",
