@@ -1,4 +1,5 @@
 //! The commands, one module each: its arguments, and `run`.
+pub mod calibrate;
 pub mod calibrate_mount;
 pub mod evaluate;
 pub mod feed;
@@ -54,6 +55,7 @@ enum Command {
     SlamLog(slam_log::Arguments),
     Simulate(simulate::Arguments),
     Evaluate(evaluate::Arguments),
+    Calibrate(calibrate::Arguments),
     CalibrateMount(calibrate_mount::Arguments),
     Reproduce(reproduce::Arguments),
     Feed(feed::Arguments),
@@ -75,6 +77,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::SlamLog(arguments) => slam_log::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
+        Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::CalibrateMount(arguments) => calibrate_mount::run(&arguments),
         Command::Reproduce(arguments) => reproduce::run(&arguments),
         Command::Feed(arguments) => feed::run(&arguments),

@@ -1,5 +1,6 @@
 //! The installed command: what it prints, what it writes, what it refuses.
 mod bad_input;
+mod calibrate;
 mod calibrate_mount;
 mod camera_files;
 mod command;
