@@ -4,7 +4,7 @@ use anyhow::{Result, ensure};
 use std::fs;
 use std::io::Write;
 use std::path::PathBuf;
-use std::time::Instant;
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 /// Pictures that the emulated co-processors get: each takes a second on its way through the line.
 const FRAMES: usize = 40;
@@ -87,13 +87,16 @@ const PACKAGES: [&str; 6] = [
 ];
 
 /// What would be uploaded to crates.io holds all that it needs: each package is built from its archive, against the archives of
-/// the others. In a folder of its own, and a new one: outside the workspace nothing is optimised, and the programs that later
-/// stages call must not be replaced by such; and what was built from earlier archives passes for what is in these.
+/// the others. In a folder of its own: outside the workspace nothing is optimised, and the programs that later stages call must not
+/// be replaced by such. In a new one each time: Cargo's home keeps what it unpacked from a registry at the same place, and takes it
+/// for what is in these archives.
 fn packages() -> Result<()> {
     let folder = shell::target().join("packages");
     if folder.exists() {
         fs::remove_dir_all(&folder)?;
     }
+    let now = SystemTime::now().duration_since(UNIX_EPOCH)?.as_nanos();
+    let folder = folder.join(now.to_string());
     let packages = PACKAGES.map(|name| format!("-p {name}")).join(" ");
     let package = format!("package --allow-dirty --quiet {packages}");
     // Nobody steps through what is built here.
