@@ -115,6 +115,9 @@ where
             }
             states += length;
         }
+        if !are_apart(records, count) {
+            return Err(refuse("states of its own for every landmark"));
+        }
         let numbers = In(input.0);
         let sane = |value: f32| value.abs() <= LARGEST;
         let mut vectors = (0..3 * size).map_while(|_| input.take().map(f32::from_le_bytes));
@@ -297,6 +300,17 @@ impl In<'_> {
     }
 }
 
+/// Whether no two of the `count` landmarks at the start of `records` share a state.
+fn are_apart(mut records: In<'_>, count: usize) -> bool {
+    (1..=count).rev().all(|left| {
+        let Some(one) = take_landmark(&mut records) else { return false };
+        let mut others = records;
+        (1..left).filter_map(|_| take_landmark(&mut others)).all(|other| {
+            one.offset + one.form.len() <= other.offset || other.offset + other.form.len() <= one.offset
+        })
+    })
+}
+
 fn put_landmark(out: &mut Out<'_>, landmark: &Landmark<f32>) {
     // Field by field, so that a new one cannot be forgotten.
     let Landmark {
@@ -445,6 +459,10 @@ mod tests {
             wrong[place] = value;
             assert!(map.restore(&wrong).is_err(), "byte {place}");
         }
+        let mut wrong = state.clone();
+        let [first, second] = [0, 1].map(|slot| MAP_BYTES + HEADER + RECORD * slot + 4);
+        wrong.copy_within(first..first + 2, second);
+        assert!(map.restore(&wrong).is_err(), "two landmarks with the same states");
         let mut wrong = state.clone();
         let last = wrong.len() - 4;
         wrong[last..].copy_from_slice(&f32::NAN.to_le_bytes());
