@@ -2,19 +2,23 @@
 //!
 //! `cargo run --release -p monorange-tests --example homography_chance [FIRST_SEED]`, an odd number
 //!
-//! Six simulated corridors, two and two, each picture of one against each of the other: within one corridor the floor's
-//! pattern repeats every 3.072 m, and a pattern that is seen twice has an honest homography wherever it lies. Where the
-//! real data are, their pictures of different places and their consecutive ones as well.
+//! Six simulated corridors, and six that are next to plain, two and two, each picture of one against each of the other:
+//! within one corridor the floor's pattern repeats every 3.072 m, and a pattern that is seen twice has an honest homography
+//! wherever it lies. Where the real data are, their pictures of different places and their consecutive ones as well.
 use monorange_core::features::{FeatureKind, Features};
 use monorange_formats::pictures::Picture;
-use monorange_tests::chance::{corridor, features, homography, kinds, seen};
+use monorange_sim::Simulation;
+use monorange_tests::chance::{corridor, features, homography, kinds, plain_corridor, seen};
 use monorange_tests::real_data;
 use std::path::Path;
 
 fn main() {
     let first = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(1);
     for (name, kind) in kinds() {
-        simulated(name, kind, first);
+        println!("{name}, corridors");
+        simulated(name, kind, first, corridor);
+        println!("{name}, plain corridors");
+        simulated(name, kind, first, plain_corridor);
         real(name, kind);
     }
 }
@@ -36,16 +40,22 @@ impl Count {
     }
 }
 
-fn simulated(name: &str, kind: FeatureKind, first: u64) {
-    let (mut apart, mut next, mut tenth) = (Count::default(), Count::default(), Count::default());
+fn simulated(name: &str, kind: FeatureKind, first: u64, corridor: fn(u64, usize) -> Simulation) {
+    let mut apart = Count::default();
+    let mut ahead = [(1, Count::default()), (5, Count::default()), (10, Count::default())];
     for seed in (first..first + 6).step_by(2) {
         let [one, two] = [seed, seed + 1].map(|seed| {
             let drive = corridor(seed, 580);
             let frames = (0..560).step_by(40);
             let there: Vec<_> = frames.clone().map(|frame| seen(&drive, frame, kind)).collect();
             for (frame, a) in frames.zip(&there) {
-                next.add(a, &seen(&drive, frame + 1, kind));
-                tenth.add(a, &seen(&drive, frame + 10, kind));
+                for (steps, count) in &mut ahead {
+                    let [from, to] = [frame, frame + *steps].map(|frame| drive.true_pose(frame).heading);
+                    // Round a corner there is nothing that both show.
+                    if (to - from).cos() > 0.966 {
+                        count.add(a, &seen(&drive, frame + *steps, kind));
+                    }
+                }
             }
             there
         });
@@ -54,8 +64,10 @@ fn simulated(name: &str, kind: FeatureKind, first: u64) {
         }
     }
     apart.say(name, "different corridors");
-    next.say(name, "the next picture, 0.1 m on");
-    tenth.say(name, "the tenth picture, 1.2 m on");
+    for (steps, count) in ahead {
+        let way = format!("{:.1} m on, turned by 15° at most", 0.12 * f64::from(steps));
+        count.say(name, &way);
+    }
 }
 
 fn real(name: &str, kind: FeatureKind) {
@@ -64,7 +76,7 @@ fn real(name: &str, kind: FeatureKind) {
     let places: Option<Vec<_>> =
         folders.iter().map(|folder| Some(pictures(&real_data(folder)?, kind))).collect();
     let Some(places) = places else { return };
-    let (mut apart, mut next) = (Count::default(), Count::default());
+    let mut apart = Count::default();
     for (index, place) in places.iter().enumerate() {
         for other in places.iter().skip(index + 1) {
             for a in place.iter().step_by(6) {
@@ -72,11 +84,12 @@ fn real(name: &str, kind: FeatureKind) {
             }
         }
     }
-    for place in [&places[0], &places[2], &places[3]] {
-        place.windows(2).for_each(|two| next.add(&two[0], &two[1]));
-    }
     apart.say(name, "different real and rendered places");
-    next.say(name, "the next picture of a real or rendered place");
+    for (place, what) in [(0, "cabinet, 0.2 m and 8° on"), (2, "home, 0.1 m on"), (3, "office, 0.1 m on")] {
+        let mut next = Count::default();
+        places[place].windows(2).for_each(|two| next.add(&two[0], &two[1]));
+        next.say(name, what);
+    }
 }
 
 /// The keypoints of a folder's pictures, masks left out.

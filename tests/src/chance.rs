@@ -1,5 +1,5 @@
 //! Homographies as `match` finds them, between pictures of simulated corridors.
-use monorange_core::features::{Detector, FeatureKind, Features, MatchConfig, SiftConfig};
+use monorange_core::features::{Detector, ENOUGH_KEYPOINTS, FeatureKind, Features, MatchConfig, SiftConfig};
 use monorange_core::homography::{HomographyConfig, HomographyEstimate, Match, estimate_homography};
 use monorange_core::image::Grey;
 use monorange_sim::{Scene, SceneConfig, SimConfig, Simulation, default_rig};
@@ -14,7 +14,19 @@ pub fn kinds() -> [(&'static str, FeatureKind); 2] {
 /// # Panics
 /// Never, for its settings are sound.
 pub fn corridor(seed: u64, frames: usize) -> Simulation {
-    let scene = Scene::corridor(&SceneConfig { seed, ..SceneConfig::default() });
+    drive(SceneConfig { seed, ..SceneConfig::default() }, frames)
+}
+
+/// A drive through a corridor whose walls and floor are next to plain: few keypoints.
+///
+/// # Panics
+/// Never, for its settings are sound.
+pub fn plain_corridor(seed: u64, frames: usize) -> Simulation {
+    drive(SceneConfig { seed, texture: 0.15, posters: false, ..SceneConfig::default() }, frames)
+}
+
+fn drive(scene: SceneConfig, frames: usize) -> Simulation {
+    let (seed, scene) = (scene.seed, Scene::corridor(&scene));
     let config = SimConfig { seed, frames, walkers: 0, ..SimConfig::default() };
     Simulation::new(scene, default_rig().expect("a sound rig"), config).expect("a sound drive")
 }
@@ -36,14 +48,17 @@ pub fn seen(drive: &Simulation, frame: usize, kind: FeatureKind) -> Features {
 /// When the pixels are not as many as the size says.
 pub fn features(pixels: &[u8], [width, height]: [usize; 2], kind: FeatureKind) -> Features {
     let picture = Grey::new(pixels, width, height).expect("as many pixels as the size says");
-    Detector::new(kind).and_then(|mut detector| detector.detect(picture)).expect("sound settings")
+    Detector::new(kind)
+        .and_then(|mut detector| detector.detect_at_least(picture, ENOUGH_KEYPOINTS))
+        .expect("sound settings")
 }
 
 /// What `match` finds, with the number of matches.
 pub fn homography(a: &Features, b: &Features) -> Option<(HomographyEstimate<f64>, usize)> {
     let ends = a.matches(b, &MatchConfig::default()).ok()?;
     let ends: Vec<_> = ends.iter().map(|pair| [a.keypoints[pair.first], b.keypoints[pair.second]]).collect();
-    let matches: Vec<Match<f64>> = ends.iter().map(|[from, to]| Match::of_keypoints(from, to)).collect();
+    let matches: Vec<Match<f64>> =
+        ends.iter().map(|[from, to]| Match::of_uneven_keypoints(from, to)).collect();
     let config = HomographyConfig { scale_noise: true, ..HomographyConfig::default() };
     let found = estimate_homography(&config, &matches, &mut vec![0.0; matches.len()]).ok()?;
     let keypoints = a.keypoints.len().min(b.keypoints.len());

@@ -52,10 +52,11 @@ impl Kind {
         Detector::new(kind).map_err(Error::new)
     }
 
-    /// The keypoints of a picture; says so where the capacity left some out.
-    pub(super) fn detect(self, path: &Path, picture: &Picture) -> Result<Features> {
+    /// The keypoints of a picture, those of less contrast too where there are fewer than `wanted`; says so where the capacity
+    /// left some out.
+    pub(super) fn detect(self, path: &Path, picture: &Picture, wanted: usize) -> Result<Features> {
         let refused = |error| Error::new(error).at(path).help("give a smaller picture");
-        let features = self.detector()?.detect(picture.grey()?).map_err(refused)?;
+        let features = self.detector()?.detect_at_least(picture.grey()?, wanted).map_err(refused)?;
         if features.left_out > 0 {
             let (kept, left_out) = (features.keypoints.len(), features.left_out);
             eprintln!("note: {}: {left_out} keypoints more than the {kept} kept", path.display());
@@ -69,7 +70,7 @@ impl Kind {
 /// # Errors
 /// When the picture cannot be read, or nothing can be written.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let features = arguments.features.detect(&arguments.image, &Picture::read(&arguments.image)?)?;
+    let features = arguments.features.detect(&arguments.image, &Picture::read(&arguments.image)?, 0)?;
     let mut table = "u,v,scale,angle,response".to_owned();
     let bytes = if arguments.descriptors { bytes(&features.descriptors) } else { Vec::new() };
     let width = match features.descriptors {

@@ -3,7 +3,7 @@ use super::keypoints::Kind;
 use crate::outputs::to_file_or_stdout;
 use clap::Args;
 use monorange_core::{
-    features::{Keypoint, MatchConfig},
+    features::{ENOUGH_KEYPOINTS, Keypoint, MatchConfig},
     homography::{
         Homography, HomographyConfig, HomographyEstimate, Match, NoHomography, estimate_homography,
     },
@@ -62,8 +62,8 @@ struct Summary {
 /// When a picture cannot be read, or no homography fits.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let (a, b) = (Picture::read(&arguments.a)?, Picture::read(&arguments.b)?);
-    let first = arguments.features.detect(&arguments.a, &a)?;
-    let second = arguments.features.detect(&arguments.b, &b)?;
+    let first = arguments.features.detect(&arguments.a, &a, ENOUGH_KEYPOINTS)?;
+    let second = arguments.features.detect(&arguments.b, &b, ENOUGH_KEYPOINTS)?;
     let ends = first.matches(&second, &MatchConfig::default()).map_err(Error::new)?;
     let ends: Vec<_> =
         ends.iter().map(|pair| [first.keypoints[pair.first], second.keypoints[pair.second]]).collect();
@@ -98,7 +98,7 @@ struct Found {
 impl Found {
     /// Of the keypoints of each match, and the number of all in the picture that has fewer.
     fn from(ends: &[[Keypoint; 2]], keypoints: usize) -> std::result::Result<Self, NoHomography> {
-        let matches: Vec<_> = ends.iter().map(|[from, to]| Match::of_keypoints(from, to)).collect();
+        let matches: Vec<_> = ends.iter().map(|[from, to]| Match::of_uneven_keypoints(from, to)).collect();
         let mut posteriors = vec![0.0; matches.len()];
         // A keypoint's variance is that on pictures of a plane: what the pair itself shows counts more.
         let config = HomographyConfig { scale_noise: true, ..HomographyConfig::default() };

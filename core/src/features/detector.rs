@@ -46,6 +46,24 @@ pub struct Features {
 /// Keypoints of a picture at most.
 pub const MAX_KEYPOINTS: usize = 50_000;
 
+/// Keypoints of a picture that [`Detector::detect_at_least`] is asked for by `match`: chosen on simulated corridors, with and
+/// without texture.
+pub const ENOUGH_KEYPOINTS: usize = 200;
+
+/// Shares of the contrast that are asked for where there are too few keypoints, of blobs and of corners: below the last
+/// it is noise that is found.
+const LESS_CONTRAST: [[f32; 2]; 3] = [[0.6, 0.7], [0.35, 0.5], [0.2, 0.35]];
+
+impl FeatureKind {
+    fn with_less_contrast(self, shares: [f32; 2]) -> Self {
+        match self {
+            Self::Brief { threshold } => Self::Brief { threshold: (f32::from(threshold) * shares[1]) as u8 },
+            #[cfg(feature = "sift")]
+            Self::Sift(config) => Self::Sift(SiftConfig { contrast: config.contrast * shares[0], ..config }),
+        }
+    }
+}
+
 impl Features {
     /// The matches of these, as the first, with another picture's. Different kinds have none. Of two keypoints in
     /// one place with two directions, both matched with one place, one is left: they are one piece of evidence.
@@ -148,11 +166,50 @@ impl Detector {
         keypoints.truncate(count);
         Ok(Features { keypoints, descriptors, left_out })
     }
+
+    /// The picture's keypoints, as [`detect`](Self::detect), and where they are fewer than `wanted`, those of less contrast:
+    /// a picture of plain walls has a dozen otherwise, and of a dozen none may be on one plane.
+    ///
+    /// # Errors
+    /// As [`detect`](Self::detect).
+    pub fn detect_at_least(&mut self, picture: Grey<'_>, wanted: usize) -> Result<Features> {
+        let asked = self.kind;
+        let mut outcome = self.detect(picture);
+        for shares in LESS_CONTRAST {
+            if outcome.as_ref().is_ok_and(|found| found.keypoints.len() < wanted) {
+                self.kind = asked.with_less_contrast(shares);
+                outcome = self.detect(picture);
+            }
+        }
+        self.kind = asked;
+        outcome
+    }
 }
 
 #[cfg(all(test, feature = "sift"))]
 mod tests {
     use super::*;
+
+    #[test]
+    fn too_few_keypoints_are_looked_for_again_with_less_contrast() {
+        // Squares of 60, 13 and 5 grey levels above their ground.
+        let above = |u: usize| [60, 13, 5][u / 64];
+        let grey = |k: usize| {
+            let (u, v) = (k % 192, k / 192);
+            100 + if u % 16 < 8 && v % 16 < 8 { above(u) } else { 0 }
+        };
+        let pixels: Vec<u8> = (0..192 * 160).map(grey).collect();
+        let picture = Grey::new(&pixels, 192, 160).expect("as many pixels as it says");
+        for kind in [FeatureKind::Brief { threshold: 20 }, FeatureKind::Sift(SiftConfig::default())] {
+            let mut detector = Detector::new(kind).expect("sound settings");
+            let plain = detector.detect(picture).expect("a small picture");
+            let count = plain.keypoints.len();
+            assert_eq!(detector.detect_at_least(picture, count).expect("the same"), plain, "they are enough");
+            let more = detector.detect_at_least(picture, count + 1).expect("a small picture");
+            assert!(more.keypoints.len() > count, "{count}, then {}", more.keypoints.len());
+            assert_eq!(detector.detect(picture).expect("the same"), plain, "the setting is as it was");
+        }
+    }
 
     #[test]
     fn a_place_with_two_directions_is_matched_once() {

@@ -22,7 +22,7 @@ mod sift;
 
 pub use brief::BriefDescriptor;
 #[cfg(feature = "alloc")]
-pub use detector::{Descriptors, Detector, FeatureKind, Features, MAX_KEYPOINTS};
+pub use detector::{Descriptors, Detector, ENOUGH_KEYPOINTS, FeatureKind, Features, MAX_KEYPOINTS};
 pub use fast::{FastReport, detect_fast};
 pub use keypoint::Keypoint;
 pub use matching::{

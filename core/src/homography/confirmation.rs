@@ -31,6 +31,9 @@ use nalgebra::{Matrix2, Vector2};
 
 /// Share of the keypoints, of the picture that has fewer, that are matched with another place's at most.
 const MATCHED_BY_CHANCE: f64 = 0.12;
+/// Standard deviations of their number, as binomial, that chance is granted beyond that: of thirty keypoints chance may match
+/// eight.
+const SCATTER: f64 = 3.0;
 /// Cosine of 20°, by which a keypoint's direction is off at most.
 const LEAST_COSINE: f64 = 0.939_692_62;
 /// Factor by which a keypoint's size is off at most.
@@ -66,7 +69,8 @@ impl<T: Real> HomographyEstimate<T> {
             return false;
         }
         let by_chance = T::lit(keypoints as f64) * T::lit(MATCHED_BY_CHANCE);
-        let many = T::lit(matches.len() as f64) > by_chance;
+        let scatter = (by_chance * T::lit(1.0 - MATCHED_BY_CHANCE)).sqrt();
+        let many = T::lit(matches.len() as f64) > by_chance + scatter * T::lit(SCATTER);
         many || self.is_no_look_alike(&problem, ends, factor)
     }
 

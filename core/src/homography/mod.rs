@@ -52,7 +52,7 @@ pub use estimate::{Homography, PredictedPoint};
 pub use ground_motion::{
     GroundMotion, GroundMotionConfig, MotionModel, MotionPrior, NoMotion, ground_motion,
 };
-pub use matches::Match;
+pub use matches::{Match, UNEVEN_VAR_PX2};
 pub use motion_likelihood::{Membership, Track};
 pub use odometry::{Disagreement, OdometryConfig, OdometryReport, VisualOdometry};
 pub use robust::{HomographyConfig, HomographyEstimate, direct_linear_transform, estimate_homography};
