@@ -52,7 +52,7 @@ pub const ENOUGH_KEYPOINTS: usize = 200;
 
 /// Shares of the contrast that are asked for where there are too few keypoints, of blobs and of corners: below the last
 /// it is noise that is found.
-const LESS_CONTRAST: [[f32; 2]; 3] = [[0.6, 0.7], [0.35, 0.5], [0.2, 0.35]];
+const LESS_CONTRAST: [[f32; 2]; 3] = [[0.57, 0.7], [0.343, 0.5], [0.2, 0.35]];
 
 impl FeatureKind {
     fn with_less_contrast(self, shares: [f32; 2]) -> Self {
