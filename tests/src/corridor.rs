@@ -2,7 +2,8 @@
 use monorange_core::Result;
 use monorange_core::geometry::{Pose, RangeFinder, wrap_angle};
 use monorange_core::image::Grey;
-use monorange_core::pipeline::{Config, Memory, MotionNoise, Odometry, OnHeap, Pipeline};
+use monorange_core::pipeline::{Config, Memory, MotionFrom, MotionNoise, Odometry, OnHeap, Pipeline};
+use monorange_core::slam::{Reason, Verdict};
 use monorange_sim::{MOUNT_STD, Simulation};
 use nalgebra::{Vector2, Vector3};
 
@@ -35,9 +36,24 @@ pub fn config_for(simulation: &Simulation) -> Result<Config> {
 /// The start is known exactly: for so many pictures the pose's covariance is nearly singular, and NEES only rounding.
 const SETTLED: usize = 10;
 
+/// What goes wrong on a drive that the settings do not tell of.
+#[derive(Default)]
+pub struct Trouble {
+    /// Shares by which the wheels read travel and turn too long.
+    pub wheels_long: [f64; 2],
+}
+
 /// How a run went.
 #[derive(Clone, Debug, Default)]
 pub struct Score {
+    /// As the filter itself says.
+    pub verdict: Verdict,
+    /// What it says against itself.
+    pub reason: Option<Reason>,
+    /// The wheels' errors as estimated and their standard deviations.
+    pub wheels: [[f32; 3]; 2],
+    /// The mount's.
+    pub mount: [[f32; 4]; 2],
     /// Length of the way, m.
     pub path: f64,
     /// Corners reported, and those within 3 px of a true one that could be seen.
@@ -89,6 +105,15 @@ pub fn median(sorted: &[f64]) -> f64 {
 /// # Errors
 /// What the pipeline or the simulator refuses.
 pub fn run(simulation: &Simulation, config: Config) -> Result<Score> {
+    run_into(simulation, config, &Trouble::default())
+}
+
+/// As [`run`], into trouble. Where the motion is the pictures' there are no wheels.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_into(simulation: &Simulation, config: Config, trouble: &Trouble) -> Result<Score> {
+    let with_wheels = config.motion_from != MotionFrom::Pictures;
     let camera = *simulation.rig().camera();
     let (width, height) = (camera.width(), camera.height());
     let mut pipeline = Pipeline::<OnHeap>::new(config, Memory::on_heap(width, height, 512))?;
@@ -102,8 +127,12 @@ pub fn run(simulation: &Simulation, config: Config) -> Result<Score> {
         let time = simulation.time(frame);
         if let Some(before) = frame.checked_sub(1) {
             let (twist, seconds) = (simulation.odometry(before), time - simulation.time(before));
-            let (v, omega) = (twist.speed as f32, twist.turn as f32);
-            pipeline.odometry(time, &Odometry::Velocity { v, omega, seconds: seconds as f32 })?;
+            let [v, omega] =
+                [twist.speed * (1.0 + trouble.wheels_long[0]), twist.turn * (1.0 + trouble.wheels_long[1])];
+            let (v, omega) = (v as f32, omega as f32);
+            if with_wheels {
+                pipeline.odometry(time, &Odometry::Velocity { v, omega, seconds: seconds as f32 })?;
+            }
             let [from, to] = [before, frame].map(|frame| simulation.true_pose(frame).position());
             score.path += (to - from).norm();
         }
@@ -155,6 +184,14 @@ pub fn run(simulation: &Simulation, config: Config) -> Result<Score> {
     }
     let frames = simulation.len() as f64;
     score.position_rms = (squares / frames).sqrt();
+    (score.verdict, score.reason) = (pipeline.health().verdict(), pipeline.health().reason());
+    let filter = pipeline.filter();
+    if let (Some(error), Some(covariance)) = (filter.wheels_error(), filter.wheels_error_covariance()) {
+        score.wheels = [error.into(), covariance.diagonal().map(f32::sqrt).into()];
+    }
+    if let (Some(error), Some(covariance)) = (filter.mount_error(), filter.mount_error_covariance()) {
+        score.mount = [error.into(), covariance.diagonal().map(f32::sqrt).into()];
+    }
     score.within_3_sigma = inside.into_iter().min().unwrap_or(0) as f64 / frames;
     score.nees = nees / (frames - SETTLED as f64).max(1.0);
     score.range_errors.sort_by(f64::total_cmp);

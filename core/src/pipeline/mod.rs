@@ -178,7 +178,7 @@ impl<S: Storage> Pipeline<S> {
     pub fn advance(&mut self, time: f64) -> Result<()> {
         #[cfg(all(feature = "alloc", feature = "sift"))]
         if let Some((until, step)) = self.pictures.as_deref_mut().and_then(Pictures::take_waiting) {
-            self.map.filter_mut().predict(until, &step)?;
+            self.map.filter_mut().predict_driven(until, &step)?;
         }
         if time <= self.filter().time() {
             return Ok(());
@@ -194,7 +194,7 @@ impl<S: Storage> Pipeline<S> {
             let filter = self.map.filter_mut();
             return pictures.take_step(filter, time, step);
         }
-        self.map.filter_mut().predict(time, step)
+        self.map.filter_mut().predict_driven(time, step)
     }
 
     /// Takes a whole picture, as of `time` in seconds.
