@@ -17,7 +17,7 @@
 use crate::Real;
 use crate::slam::covariance::Row;
 use crate::slam::covariance::triangle::{Triangle, TriangleRef};
-use nalgebra::{Matrix2, Matrix3, SMatrix, Vector2};
+use nalgebra::{Matrix2, Matrix3, Matrix3x4, Vector2};
 
 /// P → U, D in place.
 pub(in crate::slam) fn factorise<T: Real>(p: &mut Triangle<'_, T>) {
@@ -69,15 +69,16 @@ pub(in crate::slam) fn predict<T: Real>(u: &mut Triangle<'_, T>, shift: [T; 2], 
 }
 
 /// P ← F P Fᵀ on the factors, as [`packed::predict_shared`](crate::slam::covariance::packed::predict_shared): rows F U.
-pub(in crate::slam) fn predict_shared<T: Real, const N: usize>(
+#[inline(never)]
+pub(in crate::slam) fn predict_shared<T: Real>(
     u: &mut Triangle<'_, T>,
     shared: usize,
-    by_shared: &SMatrix<T, 3, N>,
+    by_shared: &Matrix3x4<T>,
 ) {
     for i in 0..3 {
         for column in shared..u.size {
             let mut gained = T::zero();
-            for j in 0..N.min(column - shared + 1) {
+            for j in 0..4.min(column - shared + 1) {
                 let unit = if shared + j == column { T::one() } else { u.at(shared + j, column) };
                 gained += by_shared[(i, j)] * unit;
             }

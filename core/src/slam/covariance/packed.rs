@@ -17,7 +17,7 @@ use crate::slam::covariance::Row;
 use crate::slam::covariance::downdate::{two, two_rows_of_two};
 use crate::slam::covariance::triangle::{Triangle, TriangleRef};
 use crate::vectors::{widest, widest_of_three};
-use nalgebra::{Matrix2, Matrix3, SMatrix};
+use nalgebra::{Matrix2, Matrix3, Matrix3x4, Matrix4};
 
 /// P ← F P Fᵀ + Q, F = I + (shift) e_θᵀ: the prediction (12), of the robot's rows alone.
 pub(in crate::slam) fn predict<T: Real>(p: &mut Triangle<'_, T>, shift: [T; 2], noise: &Matrix3<T>) {
@@ -40,15 +40,16 @@ fn shift_rows<T: Real>(([along_x, along_y, along_heading], shift): ([&mut [T]; 3
     }
 }
 
-/// P ← F P Fᵀ, F = I + G in the robot's rows and N columns of the mount or the wheels, which begin at `shared`.
-pub(in crate::slam) fn predict_shared<T: Real, const N: usize>(
+/// P ← F P Fᵀ, F = I + G in the robot's rows and four columns, which begin at `shared`: the mount's, or the wheels' and the one before.
+#[inline(never)]
+pub(in crate::slam) fn predict_shared<T: Real>(
     p: &mut Triangle<'_, T>,
     shared: usize,
-    by_shared: &SMatrix<T, 3, N>,
+    by_shared: &Matrix3x4<T>,
 ) {
     let at = |p: &Triangle<'_, T>, i: usize, j: usize| p.at(i.min(j), i.max(j));
-    let robots = SMatrix::<T, 3, N>::from_fn(|i, j| p.at(i, shared + j));
-    let own = SMatrix::<T, N, N>::from_fn(|i, j| at(p, shared + i, shared + j));
+    let robots = Matrix3x4::from_fn(|i, j| at(p, i, shared + j));
+    let own = Matrix4::from_fn(|i, j| at(p, shared + i, shared + j));
     let crossed = by_shared * robots.transpose();
     let gained = crossed + crossed.transpose() + by_shared * own * by_shared.transpose();
     for i in 0..3 {
@@ -56,7 +57,7 @@ pub(in crate::slam) fn predict_shared<T: Real, const N: usize>(
             p.set(i, j, p.at(i, j) + gained[(i, j)]);
         }
         for column in 3..p.size {
-            let gained = (0..N).fold(T::zero(), |sum, j| sum + by_shared[(i, j)] * at(p, shared + j, column));
+            let gained = (0..4).fold(T::zero(), |sum, j| sum + by_shared[(i, j)] * at(p, shared + j, column));
             p.set(i, column, p.at(i, column) + gained);
         }
     }

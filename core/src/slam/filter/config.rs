@@ -106,9 +106,18 @@ impl<T: Real> FilterConfig<T> {
         Ok(self)
     }
 
+    /// How many states stand between the robot's and the landmarks'.
+    pub(in crate::slam) fn shared(&self) -> usize {
+        self.mount_std.map_or(0, |stds| stds.len()) + self.wheels_std.map_or(0, |stds| stds.len())
+    }
+
     /// Standard deviations of the states between the robot's and the landmarks', in their order.
-    pub(in crate::slam) fn shared_std(&self) -> impl Iterator<Item = T> + use<T> {
-        self.mount_std.into_iter().flatten().chain(self.wheels_std.into_iter().flatten())
+    pub(in crate::slam) fn shared_std(&self) -> heapless::Vec<T, 7> {
+        let mut stds = heapless::Vec::new();
+        // There is room for both.
+        let _ = stds.extend_from_slice(self.mount_std.as_ref().map_or(&[][..], |stds| stds));
+        let _ = stds.extend_from_slice(self.wheels_std.as_ref().map_or(&[][..], |stds| stds));
+        stds
     }
 }
 

@@ -142,7 +142,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         config: FilterConfig<T>,
     ) -> Result<Self> {
         let length = storage.as_ref().len();
-        let start = ROBOT + config.shared_std().count();
+        let start = ROBOT + config.shared();
         let mut capacity = 0;
         while storage_len(capacity + 1) <= length {
             capacity += 1;
@@ -178,7 +178,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                 p.set(row, column, *entry);
             }
         }
-        for (at, std) in config.shared_std().enumerate() {
+        for (at, std) in config.shared_std().into_iter().enumerate() {
             p.set(ROBOT + at, ROBOT + at, std * std);
         }
         if config.covariance == Covariance::Factored {
@@ -194,7 +194,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
 
     /// States before the landmarks'.
     pub(in crate::slam) fn start(&self) -> usize {
-        ROBOT + self.config.shared_std().count()
+        ROBOT + self.config.shared()
     }
 
     /// The settings.

@@ -53,7 +53,8 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         by_mount: &Matrix3x4<T>,
         by_wheels: &Matrix3<T>,
     ) -> Result<()> {
-        if !by_mount.iter().chain(by_wheels).all(|value| value.is_finite()) {
+        let finite = |part: &[T]| part.iter().all(|value| value.is_finite());
+        if !(finite(by_mount.as_slice()) && finite(by_wheels.as_slice())) {
             let expected = "finite";
             return Err(Error::OutOfRange { name: "by_mount", value: f64::NAN, expected });
         }

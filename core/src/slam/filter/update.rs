@@ -112,7 +112,9 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         by_mount: &Matrix2x4<T>,
         by_wheels: &Matrix2x3<T>,
     ) -> Result<Outcome<T>> {
-        let finite = difference.iter().chain(by_mount).chain(by_wheels).all(|value| value.is_finite());
+        let finite = [difference.as_slice(), by_mount.as_slice(), by_wheels.as_slice()]
+            .iter()
+            .all(|part| part.iter().all(|value| value.is_finite()));
         if !finite || cholesky(covariance).is_none() {
             let expected = "finite numbers and a positive definite covariance";
             return Err(Error::OutOfRange { name: "difference", value: difference.x.to_f64(), expected });
@@ -350,7 +352,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                 p.set(row, column, if kept.is_finite() { kept } else { T::one() });
             }
         }
-        for (at, std) in shared.enumerate() {
+        for (at, std) in shared.into_iter().enumerate() {
             p.set(ROBOT + at, ROBOT + at, std * std);
         }
         self.size = start;

@@ -75,9 +75,11 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         let Some(stds) = self.config.wheels_std else { return };
         let (at, form) = (self.wheels_at(), self.config.covariance);
         let Parts { work, mut p, .. } = self.parts();
+        // The column before the wheels' makes them four, as the mount's are; nothing comes of it.
+        let four = by_wheels.insert_column(0, T::zero());
         match form {
-            Covariance::Packed => packed::predict_shared(&mut p, at, by_wheels),
-            Covariance::Factored => factored::predict_shared(&mut p, at, by_wheels),
+            Covariance::Packed => packed::predict_shared(&mut p, at - 1, &four),
+            Covariance::Factored => factored::predict_shared(&mut p, at - 1, &four),
         }
         for (index, std) in stds.into_iter().enumerate() {
             let walk = T::lit(WALK) * std;
