@@ -13,7 +13,7 @@
 //!
 //! Retract and reset are the only difference between the right-invariant filter and the textbook's. No measurement sees the whole
 //! map turn about the origin; with these two lines the covariance does not shrink in that direction. Without them the paper's
-//! filter becomes too sure of its heading on long loops (normalised error 33 instead of 1; with them 1.2; `cargo test -p monorange-tests --test slam_consistency`).
+//! filter becomes too sure of its heading on long loops (normalised error 33 instead of 1; with them 1.2; `cargo test -p monorange-tests slam_consistency::`).
 //!
 //! | symbol | in code | shape, unit |
 //! |---|---|---|

@@ -126,7 +126,7 @@ pub(in crate::slam) fn cross<T: Real>(h: &[Row<T>], times_row: impl Fn(usize) ->
 /// stays: in `f32` the difference drowns after 100,000 updates, and P is indefinite before 200,000 where landmarks are seen
 /// to a millimetre. The errors grow with the matrix: over 50,000 frames that see every landmark, half an ε a sighting kept P
 /// positive with 20 landmarks, and with 60 it took two. It is a process noise, of 8e-8 m² a sighting for a landmark known to
-/// 1 m in a map of 20; of `f64` nothing is seen. `cargo test -p monorange-tests --release --test slam_limits` is the check.
+/// 1 m in a map of 20; of `f64` nothing is seen. `cargo test -p monorange-tests --release slam_limits::` is the check.
 pub(in crate::slam) fn cover_rounding<T: Real>(p: &mut Triangle<'_, T>, offset: usize, count: usize) {
     let share = T::default_epsilon() * T::lit(p.size as f64 / 64.0);
     for at in offset..offset + count {
