@@ -17,5 +17,6 @@ mod slam_dense;
 mod slam_limits;
 mod slam_logs;
 mod slam_map;
+mod trouble;
 mod virtual_range_finder;
 mod visual_odometry;
