@@ -14,6 +14,7 @@ use crate::image::{
     threshold_row,
 };
 use crate::{Error, Result};
+use core::borrow::BorrowMut;
 use nalgebra::Vector2;
 
 /// Rows from one measurement of the noise to the next.
@@ -22,7 +23,7 @@ const NOISE_ROWS: usize = 16;
 /// Finds floor corners in pictures that come row by row.
 ///
 /// Its memory is lent: `R` holds 16-bit words ([`row_words`](super::row_words)), `M` 32-bit ones ([`mask_words`]), `P` edge points
-/// ([`point_count`](super::point_count)). Arrays on a microcontroller, `Vec`s on a host.
+/// ([`point_count`](super::point_count)). Arrays on a microcontroller, `Vec`s on a host. What it finds is its own, or lent too: `E`.
 ///
 /// ```
 /// use monorange_core::geometry::{Camera, Mount, RangeFinder};
@@ -48,7 +49,7 @@ const NOISE_ROWS: usize = 16;
 /// # Ok::<(), monorange_core::Error>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Extractor<R, M, P> {
+pub struct Extractor<R, M, P, E = Extraction> {
     config: ExtractConfig,
     finder: RangeFinder<f32>,
     /// What an edge with this gradient direction can be: [`VERTICAL`], [`FLOOR`], or nothing.
@@ -69,7 +70,7 @@ pub struct Extractor<R, M, P> {
     row: usize,
     noise: NoiseLevel,
     edges: EdgeList,
-    extraction: Extraction,
+    extraction: E,
 }
 
 #[cfg(feature = "alloc")]
@@ -101,8 +102,32 @@ where
         config: ExtractConfig,
         finder: RangeFinder<f32>,
         words: R,
+        masks: M,
+        points: P,
+    ) -> Result<Self> {
+        Self::with(config, finder, words, masks, points, Extraction::default())
+    }
+}
+
+impl<R, M, P, E> Extractor<R, M, P, E>
+where
+    R: AsRef<[u16]> + AsMut<[u16]>,
+    M: AsRef<[u32]> + AsMut<[u32]>,
+    P: AsRef<[EdgePoint]> + AsMut<[EdgePoint]>,
+    E: BorrowMut<Extraction>,
+{
+    /// As [`new`](Extractor::new), with memory for what it finds as well: the largest part of an extractor, which then is not
+    /// moved with it.
+    ///
+    /// # Errors
+    /// As [`new`](Extractor::new).
+    pub fn with(
+        config: ExtractConfig,
+        finder: RangeFinder<f32>,
+        words: R,
         mut masks: M,
         points: P,
+        extraction: E,
     ) -> Result<Self> {
         let config = config.validated()?;
         let camera = *finder.camera();
@@ -141,7 +166,7 @@ where
             row: 0,
             noise: NoiseLevel::default(),
             edges: EdgeList::new(),
-            extraction: Extraction::default(),
+            extraction,
         };
         for (passes, kind) in extractor.passes.into_iter().zip([VERTICAL, FLOOR]) {
             for (direction, kinds) in (0_u8..=255).zip(&mut extractor.kinds) {
@@ -159,8 +184,8 @@ where
     }
 
     /// The memory that it was lent.
-    pub fn into_memory(self) -> (R, M, P) {
-        (self.words, self.masks, self.points)
+    pub fn into_memory(self) -> (R, M, P, E) {
+        (self.words, self.masks, self.points, self.extraction)
     }
 
     /// The 16-bit words it was lent, for any use between pictures: nothing is kept there, and a picture that has begun is
@@ -175,7 +200,7 @@ where
         self.row = 0;
         self.noise = NoiseLevel::default();
         self.edges = EdgeList::new();
-        self.extraction = Extraction::default();
+        self.extraction.borrow_mut().clear();
         let (rows, _) = self.masks.as_mut().split_at_mut(row_masks(self.finder.camera().width()));
         rows.fill(0);
     }
@@ -214,8 +239,8 @@ where
         if self.row != height {
             return Err(Error::Size { name: "rows", got: self.row, expected: height });
         }
-        if self.extraction.noise_std > 0.0 {
-            return Ok(&self.extraction); // asked before
+        if self.extraction.borrow().noise_std > 0.0 {
+            return Ok(self.extraction.borrow()); // asked before
         }
         if self.finder.camera().width() > 2 * (MARGIN + 1) {
             // Rows without edges push the last ones out of the opening.
@@ -224,11 +249,12 @@ where
         let camera = self.finder.camera();
         let (_, grid) = self.masks.as_ref().split_at(row_masks(camera.width()));
         self.edges.undistort(self.points.as_mut(), &LensGrid::new(camera, grid));
-        self.extraction.edge_points = self.edges.found;
-        self.extraction.noise_std = self.noise.std();
-        self.extraction.truncations.edge_stride = self.edges.stride;
+        let extraction = self.extraction.borrow_mut();
+        extraction.edge_points = self.edges.found;
+        extraction.noise_std = self.noise.std();
+        extraction.truncations.edge_stride = self.edges.stride;
         self.find_lines();
-        Ok(&self.extraction)
+        Ok(self.extraction.borrow())
     }
 
     /// What a whole picture gives: a loop over its rows.
@@ -283,7 +309,8 @@ where
     fn find_lines(&mut self) {
         let camera = self.finder.camera();
         let height = camera.height() as f32;
-        let sampling = Sampling { noise_std: self.extraction.noise_std, stride: self.edges.stride };
+        let extraction = self.extraction.borrow_mut();
+        let sampling = Sampling { noise_std: extraction.noise_std, stride: self.edges.stride };
         let points = self.points.as_mut().get_mut(..self.edges.len).unwrap_or_default();
         let words = self.words.as_mut();
         let mut search = Search {
@@ -294,11 +321,11 @@ where
             min_length: self.config.min_vertical_length * height,
             first_owner: VERTICAL_OWNER,
         };
-        let mut truncations = self.extraction.truncations;
+        let mut truncations = extraction.truncations;
         let upright = |line: &Line| is_upright(&self.finder, line, self.config.gravity_tolerance);
         let [vertical_passes, floor_passes] = self.passes;
         for pass in vertical_passes {
-            let skipped = search.run(&pass, points, words, &mut self.extraction.vertical_lines, &upright);
+            let skipped = search.run(&pass, points, words, &mut extraction.vertical_lines, &upright);
             truncations.peaks += skipped.peaks;
             truncations.lines += skipped.lines;
         }
@@ -306,18 +333,18 @@ where
         search.first_owner = FLOOR_OWNER;
         let sharp = |line: &Line| line.width_px <= self.config.max_width_px;
         for pass in floor_passes {
-            let skipped = search.run(&pass, points, words, &mut self.extraction.floor_lines, &sharp);
+            let skipped = search.run(&pass, points, words, &mut extraction.floor_lines, &sharp);
             truncations.peaks += skipped.peaks;
             truncations.lines += skipped.lines;
         }
-        self.extraction.truncations = truncations;
+        extraction.truncations = truncations;
         let finder = &self.finder;
         let corners = CornerSearch { config: &self.config, finder, top: self.floor_top as f32, sampling };
-        corners.run(points, words, &mut self.extraction);
+        corners.run(points, words, extraction);
 
         let pixel = |ideal| camera.pixel_from_ray(camera.ray_from_ideal(ideal)).unwrap_or(ideal);
-        let lines = self.extraction.vertical_lines.iter_mut().map(|line| (line, true));
-        for (line, upright) in lines.chain(self.extraction.floor_lines.iter_mut().map(|line| (line, false))) {
+        let lines = extraction.vertical_lines.iter_mut().map(|line| (line, true));
+        for (line, upright) in lines.chain(extraction.floor_lines.iter_mut().map(|line| (line, false))) {
             let [first, last] = line.extent.map(|end| pixel(line.centroid + line.along() * end));
             let ordered = if upright { first.y <= last.y } else { first.x <= last.x };
             line.ends = if ordered { [first, last] } else { [last, first] };

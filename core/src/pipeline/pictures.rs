@@ -151,7 +151,8 @@ impl<S: Storage> Pipeline<S> {
         ended(Stage::Rows);
         let (corners, truncations) = self.corners()?;
         ended(Stage::Corners);
-        let report = self.finish_seeing(time, &corners, Some(features.clone()), ended)?;
+        let mut report = Report::default();
+        self.finish_seeing(time, &corners, Some(features.clone()), &mut report, ended)?;
         Ok(Report { truncations, ..report })
     }
 
@@ -161,13 +162,15 @@ impl<S: Storage> Pipeline<S> {
         time: f64,
         corners: &[Corner],
         features: Option<Features>,
+        report: &mut Report,
         mut ended: impl FnMut(Stage),
-    ) -> Result<Report> {
+    ) -> Result<()> {
         let moved_by = self.move_by_picture(time, features)?;
         ended(Stage::Motion);
-        let report = self.observe_carried(time, corners)?;
+        self.observe_carried(time, corners, report)?;
         ended(Stage::Filter);
-        Ok(Report { moved_by, ..report })
+        report.moved_by = moved_by;
+        Ok(())
     }
 
     fn move_by_picture(&mut self, time: f64, features: Option<Features>) -> Result<MovedBy> {
