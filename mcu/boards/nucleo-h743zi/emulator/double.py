@@ -69,7 +69,9 @@ def execute(cpu, _data):
     double = word >> 8 & 1
     if word >> 24 & 0xF != 0xE or word >> 9 & 7 != 5:
         return False
-    to, left, right = (word >> 22 & 1) << 4 | word >> 12 & 15, (word >> 7 & 1) << 4 | word >> 16 & 15, (word >> 5 & 1) << 4 | word & 15
+    to = (word >> 22 & 1) << 4 | word >> 12 & 15
+    left = (word >> 7 & 1) << 4 | word >> 16 & 15
+    right = (word >> 5 & 1) << 4 | word & 15
     single_to, single_right = (word >> 12 & 15) << 1 | word >> 22 & 1, (word & 15) << 1 | word >> 5 & 1
 
     def bits(register):
