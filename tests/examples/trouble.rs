@@ -1,7 +1,9 @@
-//! Drives into trouble: `trouble SCENE CARRIER SEEDS [frames=600] [long=0.05] [turns=0.05] [proposals] [scale=0.03] [turn_scale=0.02] [turn_bias=0.002]`, a line a seed; SEEDS is `1-10`, CARRIER is `map`, `floor` or `none`, which is without wheels.
+//! Drives into trouble: `trouble SCENE CARRIER SEEDS [frames=600] [long=0.05] [turns=0.05] [tilt=1] [roll=1] [yaw=1] [proposals]
+//! [scale=0.03] [turn_scale=0.02] [turn_bias=0.002]`, a line a seed; SEEDS is `1-10`, CARRIER is `map`, `floor` or `none`, which is without wheels.
 //!
-//! `long` and `turns` are the shares by which the wheels read travel and turns too long; without `scale=0 turn_scale=0 turn_bias=0`
-//! the filter estimates that.
+//! `long` and `turns` are the shares by which the wheels read travel and turns too long; the angles (degrees) are by how much the
+//! camera is knocked when half of the drive is over.
+use monorange_core::geometry::{Mount, RangeFinder};
 use monorange_core::pipeline::{Carrier, CornersFrom, MotionFrom};
 use monorange_sim::{Scene, SceneConfig, SimConfig, Simulation, default_rig};
 use monorange_tests::corridor::{Score, Trouble, config_for, run_into};
@@ -36,10 +38,11 @@ fn main() -> Result<(), Failure> {
     let scores = lines.into_inner()?;
     let mean = |of: &dyn Fn(&Score) -> f64| scores.iter().map(of).sum::<f64>() / scores.len().max(1) as f64;
     println!(
-        "mean: end {:.2} %, rms {:.3} m, 3σ {:.3}, NEES/3 {:.2}",
+        "mean: end {:.2} %, rms {:.3} m, 3σ {:.3}, after {:.3}, NEES/3 {:.2}",
         100.0 * mean(&Score::end_share),
         mean(&|score| score.position_rms),
         mean(&|score| score.within_3_sigma),
+        mean(&|score| score.recovered),
         mean(&|score| score.nees) / 3.0
     );
     Ok(())
@@ -50,11 +53,13 @@ fn drive(scene: &str, carrier: &str, seed: u64, words: &[String]) -> Result<Scor
         words.iter().find_map(|word| word.strip_prefix(key)?.strip_prefix('=')?.parse::<f64>().ok())
     };
     let frames = number("frames").unwrap_or(600.0) as usize;
-    let looks = SceneConfig { seed, ..Default::default() };
-    let scene = if scene == "office" { Scene::office(&looks) } else { Scene::corridor(&looks) };
-    let simulation =
-        Simulation::new(scene, default_rig()?, SimConfig { seed, frames, ..Default::default() })?;
-    let mut config = config_for(&simulation)?;
+    let simulation = |rig: RangeFinder<f64>| {
+        let looks = SceneConfig { seed, ..Default::default() };
+        let scene = if scene == "office" { Scene::office(&looks) } else { Scene::corridor(&looks) };
+        Simulation::new(scene, rig, SimConfig { seed, frames, ..Default::default() })
+    };
+    let straight = simulation(default_rig()?)?;
+    let mut config = config_for(&straight)?;
     match carrier {
         "floor" => config.carrier = Carrier::Floor,
         "none" => config.motion_from = MotionFrom::Pictures,
@@ -74,19 +79,29 @@ fn drive(scene: &str, carrier: &str, seed: u64, words: &[String]) -> Result<Scor
     ] {
         *std = number(key).map_or(*std, |number| number as f32);
     }
-    let trouble = Trouble { wheels_long: ["long", "turns"].map(|key| number(key).unwrap_or(0.0)) };
-    Ok(run_into(&simulation, config, &trouble)?)
+    let angles = ["tilt", "roll", "yaw"].map(|key| number(key).unwrap_or(0.0).to_radians());
+    let mut parameters = straight.rig().mount().parameters();
+    for (parameter, angle) in parameters.iter_mut().skip(1).zip(angles) {
+        *parameter += angle;
+    }
+    let knocked = simulation(RangeFinder::new(*straight.rig().camera(), Mount::new(parameters)?))?;
+    let trouble = Trouble {
+        wheels_long: ["long", "turns"].map(|key| number(key).unwrap_or(0.0)),
+        knock: angles.iter().any(|angle| *angle != 0.0).then_some((frames / 2, &knocked)),
+    };
+    Ok(run_into(&straight, config, &trouble)?)
 }
 
 fn line(seed: u64, score: &Score) -> String {
     let [wheels, wheels_std] = score.wheels;
     let [mount, mount_std] = score.mount;
     format!(
-        "seed {seed}: end {:.2} %, rms {:.3} m, 3σ {:.3}, NEES/3 {:.2}, map {} of {}, landmarks {:.3} m, {}{}; \
+        "seed {seed}: end {:.2} %, rms {:.3} m, 3σ {:.3}, after {:.3}, NEES/3 {:.2}, map {} of {}, landmarks {:.3} m, {}{}; \
          wheels {:.2}±{:.2} {:.2}±{:.2} % {:.4}±{:.4} rad/m; mount {:.1}±{:.1} mm {:.2}±{:.2} {:.2}±{:.2} {:.2}±{:.2}°",
         100.0 * score.end_share(),
         score.position_rms,
         score.within_3_sigma,
+        score.recovered,
         score.nees / 3.0,
         score.map[0],
         score.map[1],

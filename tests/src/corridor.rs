@@ -38,10 +38,15 @@ const SETTLED: usize = 10;
 
 /// What goes wrong on a drive that the settings do not tell of.
 #[derive(Default)]
-pub struct Trouble {
+pub struct Trouble<'a> {
     /// Shares by which the wheels read travel and turn too long.
     pub wheels_long: [f64; 2],
+    /// From this picture on the camera sits as this simulation of the same drive has it.
+    pub knock: Option<(usize, &'a Simulation)>,
 }
+
+/// Metres after a knock from which on poses are judged again.
+const RECOVERY: f64 = 20.0;
 
 /// How a run went.
 #[derive(Clone, Debug, Default)]
@@ -54,6 +59,8 @@ pub struct Score {
     pub wheels: [[f32; 3]; 2],
     /// The mount's.
     pub mount: [[f32; 4]; 2],
+    /// Share of the poses within 3σ, the worst of x, y, heading, from 20 m after a knock on.
+    pub recovered: f64,
     /// Length of the way, m.
     pub path: f64,
     /// Corners reported, and those within 3 px of a true one that could be seen.
@@ -112,7 +119,7 @@ pub fn run(simulation: &Simulation, config: Config) -> Result<Score> {
 ///
 /// # Errors
 /// As [`run`].
-pub fn run_into(simulation: &Simulation, config: Config, trouble: &Trouble) -> Result<Score> {
+pub fn run_into(simulation: &Simulation, config: Config, trouble: &Trouble<'_>) -> Result<Score> {
     let with_wheels = config.motion_from != MotionFrom::Pictures;
     let camera = *simulation.rig().camera();
     let (width, height) = (camera.width(), camera.height());
@@ -121,6 +128,7 @@ pub fn run_into(simulation: &Simulation, config: Config, trouble: &Trouble) -> R
     let mut score = Score::default();
     let world_from_start = simulation.true_pose(0);
     let (mut squares, mut inside, mut nees) = (0.0, [0usize; 3], 0.0);
+    let (mut knocked_at, mut recovered, mut judged) = (f64::INFINITY, [0usize; 3], 0);
     let mut reported = std::collections::BTreeSet::new();
     let mut owners = std::collections::BTreeMap::new();
     for frame in 0..simulation.len() {
@@ -136,10 +144,15 @@ pub fn run_into(simulation: &Simulation, config: Config, trouble: &Trouble) -> R
             let [from, to] = [before, frame].map(|frame| simulation.true_pose(frame).position());
             score.path += (to - from).norm();
         }
-        simulation.render(frame, &mut pixels)?;
+        let knocked = trouble.knock.filter(|(from, _)| frame >= *from).map(|(_, knocked)| knocked);
+        if knocked.is_some() {
+            knocked_at = knocked_at.min(score.path);
+        }
+        let seen = knocked.unwrap_or(simulation);
+        seen.render(frame, &mut pixels)?;
         let report = pipeline.step(time, Grey::new(&pixels, width, height)?)?;
 
-        let truth = simulation.visible_corners(frame);
+        let truth = seen.visible_corners(frame);
         for corner in &report.corners {
             let pixel: Vector2<f64> = corner.pixel.cast();
             let distance = |true_pixel: Vector2<f64>| (true_pixel - pixel).norm();
@@ -173,8 +186,12 @@ pub fn run_into(simulation: &Simulation, config: Config, trouble: &Trouble) -> R
             wrap_angle(estimate.heading - start_from_robot.heading),
         );
         let covariance = report.pose_covariance.cast::<f64>();
+        let after = score.path >= knocked_at + RECOVERY;
+        judged += usize::from(after);
         for axis in 0..3 {
-            inside[axis] += usize::from(error[axis].abs() <= 3.0 * covariance[(axis, axis)].sqrt() + 1e-6);
+            let holds = error[axis].abs() <= 3.0 * covariance[(axis, axis)].sqrt() + 1e-6;
+            inside[axis] += usize::from(holds);
+            recovered[axis] += usize::from(holds && after);
         }
         if frame >= SETTLED {
             nees += covariance.try_inverse().map_or(f64::INFINITY, |inverse| error.dot(&(inverse * error)));
@@ -184,6 +201,7 @@ pub fn run_into(simulation: &Simulation, config: Config, trouble: &Trouble) -> R
     }
     let frames = simulation.len() as f64;
     score.position_rms = (squares / frames).sqrt();
+    score.recovered = recovered.into_iter().min().unwrap_or(0) as f64 / f64::from(judged.max(1) as u32);
     (score.verdict, score.reason) = (pipeline.health().verdict(), pipeline.health().reason());
     let filter = pipeline.filter();
     if let (Some(error), Some(covariance)) = (filter.wheels_error(), filter.wheels_error_covariance()) {

@@ -134,6 +134,8 @@ pub struct Health<T> {
     pub measurements: u32,
     /// The last measurement's ratio of the eigenvalues of S: 1e6 in `f32` leaves no digit.
     pub condition: T,
+    /// How often the camera seems to have been knocked.
+    pub knocks: u32,
     /// What the frames say, beside the measurements.
     pub frames: FrameHealth<T>,
     window: [T; WINDOW],
@@ -218,6 +220,7 @@ impl<T: Real> Default for Health<T> {
             beyond_gate: 0,
             measurements: 0,
             condition: T::one(),
+            knocks: 0,
             frames: FrameHealth::default(),
             window: [T::one(); WINDOW],
         }

@@ -1,6 +1,6 @@
-//! Wheels that read wrongly all the time, in a simulated corridor whose corners are given exactly
+//! Wheels that read wrongly all the time, and a camera that is knocked, in a simulated corridor whose corners are given exactly
 //! but for their noise. With pictures: `cargo run -p monorange-tests --example trouble`.
-use monorange_core::geometry::wrap_angle;
+use monorange_core::geometry::{Mount, RangeFinder, wrap_angle};
 use monorange_core::lines::Corner;
 use monorange_core::pipeline::{Config, Memory, MotionNoise, Odometry, OnHeap, Pipeline};
 use monorange_core::slam::Verdict;
@@ -12,14 +12,13 @@ use nalgebra::{Matrix2, Vector3};
 const FRAMES: usize = 400;
 const CORNER_STD: f64 = 0.4;
 
-fn simulation(seed: u64) -> Simulation {
+fn simulation(seed: u64, tilt: f64) -> Simulation {
     let scene = Scene::corridor(&SceneConfig { seed, ..Default::default() });
-    Simulation::new(
-        scene,
-        default_rig().unwrap(),
-        SimConfig { seed, frames: FRAMES, walkers: 0, ..Default::default() },
-    )
-    .unwrap()
+    let rig = default_rig().unwrap();
+    let mut parameters = rig.mount().parameters();
+    parameters[1] += tilt;
+    let rig = RangeFinder::new(*rig.camera(), Mount::new(parameters).unwrap());
+    Simulation::new(scene, rig, SimConfig { seed, frames: FRAMES, walkers: 0, ..Default::default() }).unwrap()
 }
 
 /// Six in ten of the corners in view.
@@ -48,29 +47,32 @@ struct Drive {
     pipeline: Pipeline<OnHeap>,
     /// Of the poses of the last quarter, a degree of freedom.
     nees: f64,
+    knocked: Vec<usize>,
 }
 
-/// Drives; the wheels read `long` too long.
-fn drive(simulation: &Simulation, long: f64, motion: MotionNoise) -> Drive {
-    let config = config_for(simulation).unwrap();
-    let camera = *simulation.rig().camera();
+/// Drives; the wheels read `long` too long, and from the picture `from` on the camera is that of `after`.
+fn drive(before: &Simulation, after: &Simulation, from: usize, long: f64, motion: MotionNoise) -> Drive {
+    let config = config_for(before).unwrap();
+    let camera = *before.rig().camera();
     let memory = Memory::on_heap(camera.width(), camera.height(), 256);
     let mut pipeline = Pipeline::new(Config { motion, ..config }, memory).unwrap();
-    let mut noise = Noise::new(simulation.config().seed);
-    let world_from_start = simulation.true_pose(0);
-    let mut nees = 0.0;
+    let mut noise = Noise::new(before.config().seed);
+    let world_from_start = before.true_pose(0);
+    let (mut nees, mut knocked) = (0.0, Vec::new());
     for frame in 0..FRAMES {
-        let time = simulation.time(frame);
+        let time = before.time(frame);
         if frame > 0 {
-            let (twist, seconds) =
-                (simulation.odometry(frame - 1), (time - simulation.time(frame - 1)) as f32);
+            let (twist, seconds) = (before.odometry(frame - 1), (time - before.time(frame - 1)) as f32);
             let (v, omega) = ((twist.speed * (1.0 + long)) as f32, twist.turn as f32);
             pipeline.odometry(time, &Odometry::Velocity { v, omega, seconds }).unwrap();
         }
-        let seen = corners(simulation, frame, &mut noise);
+        let seen = corners(if frame < from { before } else { after }, frame, &mut noise);
         let report = pipeline.observe(time, &seen).unwrap();
+        if report.map.knocked {
+            knocked.push(frame);
+        }
         if frame >= FRAMES * 3 / 4 {
-            let truth = world_from_start.inverse().compose(&simulation.true_pose(frame));
+            let truth = world_from_start.inverse().compose(&before.true_pose(frame));
             let error = Vector3::new(
                 f64::from(report.pose.x) - truth.x,
                 f64::from(report.pose.y) - truth.y,
@@ -80,15 +82,15 @@ fn drive(simulation: &Simulation, long: f64, motion: MotionNoise) -> Drive {
             nees += error.dot(&(inverse * error)) / (3.0 * FRAMES as f64 / 4.0);
         }
     }
-    Drive { pipeline, nees }
+    Drive { pipeline, nees, knocked }
 }
 
 #[test]
 fn wheels_that_read_5_percent_long_are_found_and_right_ones_stay() {
     for (seed, long) in [(21, 0.05), (22, -0.05), (23, 0.0)] {
-        let simulation = simulation(seed);
+        let simulation = simulation(seed, 0.0);
         let motion = config_for(&simulation).unwrap().motion;
-        let found = drive(&simulation, long, motion.with_scales());
+        let found = drive(&simulation, &simulation, FRAMES, long, motion.with_scales());
         let filter = found.pipeline.filter();
         let (error, covariance) = (filter.wheels_error().unwrap(), filter.wheels_error_covariance().unwrap());
         let std = covariance.m11.sqrt();
@@ -99,11 +101,25 @@ fn wheels_that_read_5_percent_long_are_found_and_right_ones_stay() {
             "{error:?} ± {std}, should be {missing}"
         );
         assert!(found.nees < 3.0, "NEES/3 {}", found.nees);
-        assert_eq!(found.pipeline.health().verdict(), Verdict::Consistent);
+        assert_eq!((found.pipeline.health().verdict(), found.knocked), (Verdict::Consistent, vec![]));
         if long != 0.0 {
-            let trusted = drive(&simulation, long, motion);
+            let trusted = drive(&simulation, &simulation, FRAMES, long, motion);
             println!("  taken at their word: NEES/3 {}", trusted.nees);
             assert!(trusted.nees > 3.0 * found.nees.max(1.0), "the law is about something: {}", trusted.nees);
         }
+    }
+}
+
+#[test]
+fn a_camera_that_is_knocked_by_a_degree_is_noticed_and_its_tilt_found_anew() {
+    for (seed, tilt) in [(24, 1_f64), (25, -1.0)] {
+        let (before, after) = (simulation(seed, 0.0), simulation(seed, tilt.to_radians()));
+        let motion = config_for(&before).unwrap().motion.with_scales();
+        let found = drive(&before, &after, FRAMES / 2, 0.0, motion);
+        let error = found.pipeline.filter().mount_error().unwrap().y.to_degrees();
+        println!("seed {seed}: {:?}, {error:.3}°, NEES/3 {}", found.knocked, found.nees);
+        let first = found.knocked.first().copied().unwrap();
+        assert!((FRAMES / 2..FRAMES / 2 + 30).contains(&first), "noticed at {first}");
+        assert!((f64::from(error) - tilt).abs() < 0.3, "{error}°");
     }
 }

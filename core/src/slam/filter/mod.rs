@@ -1,6 +1,7 @@
 //! The filter's state in its storage; predict, update, births and what can be read are files of their own.
 pub(in crate::slam) mod birth;
 mod config;
+mod knock;
 mod outcome;
 mod predict;
 mod read;

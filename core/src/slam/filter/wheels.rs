@@ -19,6 +19,7 @@
 //! J. Borenstein and L. Feng, "Measurement and correction of systematic odometry errors in mobile robots", 1996.
 //!
 //! *Limits.* First order in the errors: 10 % of a step's turn of 0.3 rad.
+use super::knock::let_go;
 use super::{Covariance, Filter, Parts, ROBOT};
 use crate::slam::covariance::{factored, packed};
 use crate::slam::landmark::Landmark;
@@ -91,17 +92,20 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         }
     }
 
-    /// Squares of how many of their prior's deviations the mount's and the wheels' errors have moved, the largest of each; 0 where
-    /// they are no states.
-    pub(in crate::slam) fn moved(&self) -> [T; 2] {
-        let largest = |at: usize, stds: &[T]| {
-            let squares = (at..).zip(stds).map(|(at, std)| self.x(at) * self.x(at) / (*std * *std));
+    /// Squares of how many of their prior's deviations the mount's and the wheels' errors have moved, the largest of each, the
+    /// mount's angles having been let go so often; 0 where they are no states.
+    pub(in crate::slam) fn moved(&self, knocks: u32) -> [T; 2] {
+        let largest = |at: usize, stds: &[T], more: [T; 4]| {
+            let variances = stds.iter().zip(more).map(|(std, more)| *std * *std + more);
+            let squares = (at..).zip(variances).map(|(at, variance)| self.x(at) * self.x(at) / variance);
             squares.fold(T::zero(), |most: T, square| most.max(square))
         };
         let (mount, wheels) = (self.config.mount_std, self.config.wheels_std);
+        let knocks = T::lit(f64::from(knocks));
+        let more = let_go().map(|variance: T| variance * knocks);
         [
-            mount.map_or(T::zero(), |stds| largest(ROBOT, &stds)),
-            wheels.map_or(T::zero(), |stds| largest(self.wheels_at(), &stds)),
+            mount.map_or(T::zero(), |stds| largest(ROBOT, &stds, more)),
+            wheels.map_or(T::zero(), |stds| largest(self.wheels_at(), &stds, [T::zero(); 4])),
         ]
     }
 
