@@ -2,8 +2,7 @@
 use super::motion_likelihood::Track;
 use super::{GroundMotion, GroundMotionConfig, Match, MotionPrior, NoMotion, ground_motion};
 use crate::Real;
-use crate::geometry::{Pose, RangeFinder};
-use crate::slam::told_from_noise;
+use crate::geometry::{Pose, RangeFinder, told_from_noise};
 use nalgebra::{Matrix2, Matrix2x3, Matrix2x4, Matrix3, Matrix3x2, Matrix3x4, SymmetricEigen, Vector2};
 
 /// Settings of [`VisualOdometry`].

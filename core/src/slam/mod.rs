@@ -55,7 +55,7 @@ pub use filter::{
     Covariance, Decision, Filter, FilterConfig, Observation, Outcome, Variant, WHEEL_STATES, states_for,
     storage_len,
 };
-pub(crate) use filter::{FILTER, FILTER_REFERENCES, told_from_noise};
+pub(crate) use filter::{FILTER, FILTER_REFERENCES};
 pub use health::{FrameEvidence, FrameHealth, Health, KNOWN_HEADING, Reason, Verdict};
 pub use landmark::{Form, Landmark, Status};
 pub use map::{Feature, Hint, MAX_FEATURES, Map, MapConfig, MapReport, Pairing, View};

@@ -9,8 +9,6 @@ mod scale;
 pub(in crate::slam) mod update;
 mod wheels;
 
-pub(crate) use wheels::told_from_noise;
-
 pub use config::{Covariance, FilterConfig, Variant};
 pub(crate) use config::{FILTER, FILTER_REFERENCES};
 pub use outcome::{Decision, Observation, Outcome};

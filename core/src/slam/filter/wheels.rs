@@ -21,6 +21,7 @@
 //! *Limits.* First order in the errors: 10 % of a step's turn of 0.3 rad.
 use super::knock::let_go;
 use super::{Covariance, Filter, Parts, ROBOT};
+use crate::geometry::told_from_noise;
 use crate::slam::covariance::{factored, packed};
 use crate::slam::landmark::Landmark;
 use crate::slam::models::Increment;
@@ -30,11 +31,6 @@ use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 /// What of the prior's deviations comes back over a metre driven: tyres lose air, and another floor has another grip. After 100 m
 /// that is a fifth of them.
 const WALK: f64 = 0.02;
-
-/// The turn where it is more than its noise, else 0.
-pub(crate) fn told_from_noise<T: Real>(turn: T, variance: T) -> T {
-    if turn * turn > T::lit(9.0) * variance { turn } else { T::zero() }
-}
 
 impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landmark<T>]>> Filter<T, S, L> {
     /// Predicts the robot's motion up to `time` seconds by a step that its wheels read. Where their errors are states, it is
