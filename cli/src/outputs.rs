@@ -145,7 +145,7 @@ impl Outputs {
 }
 
 /// Fails when a file that was read would be written over.
-fn not_an_input(target: &Path) -> Result<()> {
+pub fn not_an_input(target: &Path) -> Result<()> {
     match inputs::was_read(target) {
         false => Ok(()),
         true => Err(Error::new("is an input of this run, and would be written over")

@@ -11,6 +11,7 @@
 //! | odometry after a gap in time | the last motion holds through the gap, for a second at most, then this one | – |
 //! | a configuration or a reset within a picture | the picture is given up | fault |
 //! | a whole frame that is no message | counted | fault |
+//! | a wish for text | answers are lines from then on | who this is |
 mod motion;
 mod state;
 
@@ -169,6 +170,7 @@ impl<E: Engine> Dispatch<E> {
         }
     }
 
+    /// What has much to remember is a function of its own, here and below: its locals leave the stack with it.
     fn message<B: Board>(&mut self, message: &HostMessage<'_>, board: &B, port: &mut impl Write) -> Wish {
         let stage = match message {
             HostMessage::Rows(_) => Stage::Rows,
@@ -177,6 +179,10 @@ impl<E: Engine> Dispatch<E> {
         };
         match message {
             HostMessage::Hello(hello) => {
+                // It wants to hear frames, whoever was here before.
+                if self.link.text == Text::Lines {
+                    self.link.text = Text::Frames;
+                }
                 self.nonce = hello.nonce;
                 self.introduce::<B>(port);
                 self.link.grant(port);
@@ -203,6 +209,10 @@ impl<E: Engine> Dispatch<E> {
             HostMessage::Ask(Ask::Map) => self.map(port),
             HostMessage::Ask(Ask::Statistics) => self.statistics(board, port),
             HostMessage::Range(range) => self.ranges(range, port),
+            HostMessage::Text(text) => {
+                self.link.text = *text;
+                self.introduce::<B>(port);
+            }
         }
         match message {
             // What is asked for now and then is no part of what a frame costs.
@@ -217,6 +227,7 @@ impl<E: Engine> Dispatch<E> {
         Wish::GoOn
     }
 
+    #[inline(never)]
     fn configure<B: Board>(&mut self, configure: &Configure, port: &mut impl Write) {
         match self.engine.configure(configure) {
             Ok(()) => {
@@ -303,6 +314,7 @@ impl<E: Engine> Dispatch<E> {
         self.counts.rows_refused = self.counts.rows_refused.saturating_add(1);
     }
 
+    #[inline(never)]
     fn end(&mut self, frame: u32, board: &impl Board, port: &mut impl Write) {
         if !self.engine.is_configured() {
             return self.fault(Cause::NotConfigured, frame, port);
@@ -327,6 +339,7 @@ impl<E: Engine> Dispatch<E> {
         }
     }
 
+    #[inline(never)]
     fn corners(&mut self, corners: &Corners, board: &impl Board, port: &mut impl Write) {
         if !self.engine.is_configured() {
             return self.fault(Cause::NotConfigured, corners.frame, port);
@@ -402,7 +415,8 @@ impl<E: Engine> Dispatch<E> {
             predicted_only,
             landmarks: self.engine.landmarks().len() as u16, // at most the limits'
         };
-        self.link.send(&DeviceMessage::Pose(pose), port);
+        let Self { link, engine, .. } = self;
+        link.picture(&pose, engine.observations().take(observations), port);
         let frames = self.counts.done.wrapping_add(self.counts.dropped);
         let due = |every: u16| every > 0 && frames.is_multiple_of(u32::from(every));
         if due(self.answers.map_every) {
@@ -430,6 +444,7 @@ impl<E: Engine> Dispatch<E> {
         }
     }
 
+    #[inline(never)]
     fn ranges(&mut self, range: &Range, port: &mut impl Write) {
         let Range { request, std_px, spots } = range;
         let ranges = spots.iter().map_while(|spot| self.engine.range(spot, *std_px)).collect();

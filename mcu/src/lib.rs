@@ -33,6 +33,7 @@ pub mod meter;
 pub mod patience;
 pub mod restart;
 pub mod ring;
+pub mod text;
 
 #[cfg(feature = "crash")]
 mod crash;

@@ -17,7 +17,7 @@ use crate::{
 use core::mem::MaybeUninit;
 use monorange_core::{
     Error,
-    lines::{self, EdgePoint, mask_words, point_count, row_words},
+    lines::{self, EdgePoint, Extraction, mask_words, point_count, row_words},
     pipeline::{self, Config, Lent, Memory, Pipeline, Report, state_len},
     slam::{self, packed_len, states_for, storage_len},
 };
@@ -39,6 +39,7 @@ pub struct Arrays {
     words: [u16; row_words(WIDTH, HEIGHT)],
     masks: [u32; mask_words(WIDTH)],
     points: heapless::Vec<EdgePoint, { point_count(WIDTH, HEIGHT) }>,
+    extraction: Extraction,
     numbers: [f32; storage_len(STATES)],
     landmarks: heapless::Vec<slam::Landmark<f32>, LANDMARKS>,
 }
@@ -56,6 +57,7 @@ impl Arrays {
             words: [0; row_words(WIDTH, HEIGHT)],
             masks: [0; mask_words(WIDTH)],
             points: heapless::Vec::new(),
+            extraction: Extraction::zero(),
             numbers: [0.0; storage_len(STATES)],
             landmarks: heapless::Vec::new(),
         }
@@ -67,7 +69,8 @@ pub struct Mapper {
     pipeline: Option<Pipeline<Lent>>,
     /// The pipeline's memory before the first configuration.
     memory: Option<Memory<Lent>>,
-    report: Option<Report>,
+    /// Without corners after a picture that was given up.
+    report: Report,
     binning: u8,
     fingerprint: u32,
     picture: Option<FrameBegin>,
@@ -88,7 +91,7 @@ impl Device<Mapper> {
 impl Mapper {
     /// An engine without a configuration.
     pub fn new(arrays: &'static mut Arrays) -> Self {
-        let Arrays { words, masks, points, numbers, landmarks } = arrays;
+        let Arrays { words, masks, points, extraction, numbers, landmarks } = arrays;
         // Neither fails: the lengths are the capacities.
         let _ = points.resize(points.capacity(), EdgePoint::default());
         let _ = landmarks.resize(landmarks.capacity(), slam::Landmark::default());
@@ -97,13 +100,14 @@ impl Mapper {
             words: words.as_mut_slice(),
             masks: masks.as_mut_slice(),
             points,
+            extraction,
             numbers: numbers.as_mut_slice(),
             landmarks,
         };
         Self {
             pipeline: None,
             memory: Some(memory),
-            report: None,
+            report: Report::default(),
             binning: 1,
             fingerprint: 0,
             picture: None,
@@ -117,10 +121,10 @@ impl Mapper {
         self.pipeline.as_ref()
     }
 
-    /// A fresh pipeline in the memory of the old one. Each step is a function of its own: a pipeline is 12 KiB, and
-    /// its copies should not be on the stack together.
+    /// A fresh pipeline in the memory of the old one. Each step is a function of its own, so that its copies of a pipeline are
+    /// not on the stack together.
     fn build(&mut self, config: &Config) -> Result<(), Error> {
-        self.report = None;
+        self.report.corners.clear();
         self.picture = None;
         self.reclaim();
         self.construct(config)
@@ -227,7 +231,7 @@ impl Engine for Mapper {
         at_most("picture.width", usize::from(left) + usize::from(width), camera.width())?;
         at_most("picture.height", usize::from(top) + usize::from(height), camera.height())?;
         pipeline.begin();
-        self.report = None;
+        self.report.corners.clear();
         self.picture = Some(*picture);
         self.rows = 0;
         Ok(())
@@ -263,12 +267,15 @@ impl Engine for Mapper {
             pipeline::Stage::Filter => lap(Stage::Filter),
             pipeline::Stage::Rows | pipeline::Stage::Motion => {}
         };
-        self.report = pipeline.finish_timed(conversion::seconds_from_us(picture.time_us), ended).ok();
+        let time = conversion::seconds_from_us(picture.time_us);
+        if pipeline.finish_into(time, &mut self.report, ended).is_err() {
+            self.report.corners.clear();
+        }
     }
 
     fn abandon(&mut self) {
         self.picture = None;
-        self.report = None;
+        self.report.corners.clear();
     }
 
     fn corners(&mut self, corners: &Corners) {
@@ -283,7 +290,10 @@ impl Engine for Mapper {
             lines::Corner { pixel, covariance, brighter_right, brighter_below, ..Default::default() }
         });
         let found: heapless::Vec<lines::Corner, MAX_CORNERS> = found.collect();
-        self.report = pipeline.observe(conversion::seconds_from_us(corners.time_us), &found).ok();
+        let time = conversion::seconds_from_us(corners.time_us);
+        if pipeline.observe_into(time, &found, &mut self.report).is_err() {
+            self.report.corners.clear();
+        }
     }
 
     fn estimate(&self) -> Estimate {
@@ -297,8 +307,7 @@ impl Engine for Mapper {
     }
 
     fn observations(&self) -> impl ExactSizeIterator<Item = Observation> {
-        let corners = self.report.as_ref().map_or(&[][..], |report| &report.corners);
-        corners.iter().map(|corner| conversion::observation_from_corner(corner, self.binning))
+        self.report.corners.iter().map(|corner| conversion::observation_from_corner(corner, self.binning))
     }
 
     fn landmarks(&self) -> impl ExactSizeIterator<Item = Landmark> {
@@ -333,7 +342,7 @@ impl Engine for Mapper {
             return Err(NotTaken::OtherConfiguration);
         }
         whole.copy_within(FINGERPRINT.., 0);
-        self.report = None;
+        self.report.corners.clear();
         restore(pipeline, length - FINGERPRINT).map_err(|_| NotTaken::NoState)
     }
 

@@ -21,7 +21,7 @@
 
 enum { /* host to device */
     MO_HELLO = 0x01, MO_CONFIGURE, MO_ODOMETRY, MO_FRAME_BEGIN, MO_ROWS, MO_FRAME_END, MO_CORNERS, MO_RESET,
-    MO_SAVE_STATE, MO_RESTORE_STATE, MO_TIME_SYNC, MO_ASK, MO_RANGE
+    MO_SAVE_STATE, MO_RESTORE_STATE, MO_TIME_SYNC, MO_ASK, MO_RANGE, MO_TEXT
 };
 enum { /* device to host */
     MO_INFO = 0x81, MO_OBSERVATIONS, MO_POSE, MO_MAP, MO_STATISTICS, MO_CREDIT, MO_FAULT, MO_LAST_PANIC, MO_STATE,
@@ -250,9 +250,11 @@ static inline int mo_range(mo_client *c, uint32_t request, float std_px, const m
     }
     return mo_send(c);
 }
-/* Messages of one number or none: Reset (0 pose and map, 1 the device), Ask (0 map, 1 statistics), TimeSync, SaveState. */
+/* Messages of one number or none: Reset (0 pose and map, 1 the device), Ask (0 map, 1 statistics), Text (0 answers in frames, 1 in lines of
+ * text that a person can read, 2 in both), TimeSync, SaveState. */
 static inline int mo_reset(mo_client *c, uint8_t what) { mo_begin(c, MO_RESET); mo_uint(c, what); return mo_send(c); }
 static inline int mo_ask(mo_client *c, uint8_t what) { mo_begin(c, MO_ASK); mo_uint(c, what); return mo_send(c); }
+static inline int mo_text(mo_client *c, uint8_t what) { mo_begin(c, MO_TEXT); mo_uint(c, what); return mo_send(c); }
 static inline int mo_time_sync(mo_client *c, uint64_t us) { mo_begin(c, MO_TIME_SYNC); mo_uint(c, us); return mo_send(c); }
 static inline int mo_save_state(mo_client *c) { mo_begin(c, MO_SAVE_STATE); return mo_send(c); }
 /* A chunk of State back as it came: its payload, which is RestoreState's. */

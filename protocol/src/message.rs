@@ -99,6 +99,8 @@ messages! {
         Ask(Ask) = 0x0c,
         /// How far is this? Answered by [`Ranges`]; pose and map stay as they are.
         Range(Range) = 0x0d,
+        /// Answer in lines of text, or in frames again. Answered by [`Info`].
+        Text(Text) = 0x0e,
     }
 }
 

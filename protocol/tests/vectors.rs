@@ -67,6 +67,7 @@ fn host_messages() -> Vec<HostMessage<'static>> {
             std_px: 1.5,
             spots: few(&[Spot::Pixel([100.5, 180.25]), Spot::Box([20.0, 60.0, 40.0, 200.5])]),
         }),
+        HostMessage::Text(Text::Lines),
     ]
 }
 

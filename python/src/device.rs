@@ -101,7 +101,7 @@ impl Device {
         let rig = finder.rig.clone();
         let nonce = if nonce == 0 { std::process::id() | 1 << 31 } else { nonce };
         let configuration = conversion::message_from_config(
-            &rig.settings,
+            &rig.on_a_device(),
             Answers { observations: true, map_every: 0, statistics_every: 0 },
         );
         let client = py.detach(|| -> io::Result<_> {

@@ -2,7 +2,8 @@
 use monorange_core::Result;
 use monorange_core::geometry::{Pose, RangeFinder, wrap_angle};
 use monorange_core::image::Grey;
-use monorange_core::pipeline::{Config, Memory, MotionNoise, Odometry, OnHeap, Pipeline};
+use monorange_core::pipeline::{Config, Memory, MotionFrom, MotionNoise, Odometry, OnHeap, Pipeline};
+use monorange_core::slam::{Reason, Verdict};
 use monorange_sim::{MOUNT_STD, Simulation};
 use nalgebra::{Vector2, Vector3};
 
@@ -35,9 +36,31 @@ pub fn config_for(simulation: &Simulation) -> Result<Config> {
 /// The start is known exactly: for so many pictures the pose's covariance is nearly singular, and NEES only rounding.
 const SETTLED: usize = 10;
 
+/// What goes wrong on a drive that the settings do not tell of.
+#[derive(Default)]
+pub struct Trouble<'a> {
+    /// Shares by which the wheels read travel and turn too long.
+    pub wheels_long: [f64; 2],
+    /// From this picture on the camera sits as this simulation of the same drive has it.
+    pub knock: Option<(usize, &'a Simulation)>,
+}
+
+/// Metres after a knock from which on poses are judged again.
+const RECOVERY: f64 = 20.0;
+
 /// How a run went.
 #[derive(Clone, Debug, Default)]
 pub struct Score {
+    /// As the filter itself says.
+    pub verdict: Verdict,
+    /// What it says against itself.
+    pub reason: Option<Reason>,
+    /// The wheels' errors as estimated and their standard deviations.
+    pub wheels: [[f32; 3]; 2],
+    /// The mount's.
+    pub mount: [[f32; 4]; 2],
+    /// Share of the poses within 3σ, the worst of x, y, heading, from 20 m after a knock on.
+    pub recovered: f64,
     /// Length of the way, m.
     pub path: f64,
     /// Corners reported, and those within 3 px of a true one that could be seen.
@@ -89,6 +112,15 @@ pub fn median(sorted: &[f64]) -> f64 {
 /// # Errors
 /// What the pipeline or the simulator refuses.
 pub fn run(simulation: &Simulation, config: Config) -> Result<Score> {
+    run_into(simulation, config, &Trouble::default())
+}
+
+/// As [`run`], into trouble. Where the motion is the pictures' there are no wheels.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_into(simulation: &Simulation, config: Config, trouble: &Trouble<'_>) -> Result<Score> {
+    let with_wheels = config.motion_from != MotionFrom::Pictures;
     let camera = *simulation.rig().camera();
     let (width, height) = (camera.width(), camera.height());
     let mut pipeline = Pipeline::<OnHeap>::new(config, Memory::on_heap(width, height, 512))?;
@@ -96,21 +128,31 @@ pub fn run(simulation: &Simulation, config: Config) -> Result<Score> {
     let mut score = Score::default();
     let world_from_start = simulation.true_pose(0);
     let (mut squares, mut inside, mut nees) = (0.0, [0usize; 3], 0.0);
+    let (mut knocked_at, mut recovered, mut judged) = (f64::INFINITY, [0usize; 3], 0);
     let mut reported = std::collections::BTreeSet::new();
     let mut owners = std::collections::BTreeMap::new();
     for frame in 0..simulation.len() {
         let time = simulation.time(frame);
         if let Some(before) = frame.checked_sub(1) {
             let (twist, seconds) = (simulation.odometry(before), time - simulation.time(before));
-            let (v, omega) = (twist.speed as f32, twist.turn as f32);
-            pipeline.odometry(time, &Odometry::Velocity { v, omega, seconds: seconds as f32 })?;
+            let [v, omega] =
+                [twist.speed * (1.0 + trouble.wheels_long[0]), twist.turn * (1.0 + trouble.wheels_long[1])];
+            let (v, omega) = (v as f32, omega as f32);
+            if with_wheels {
+                pipeline.odometry(time, &Odometry::Velocity { v, omega, seconds: seconds as f32 })?;
+            }
             let [from, to] = [before, frame].map(|frame| simulation.true_pose(frame).position());
             score.path += (to - from).norm();
         }
-        simulation.render(frame, &mut pixels)?;
+        let knocked = trouble.knock.filter(|(from, _)| frame >= *from).map(|(_, knocked)| knocked);
+        if knocked.is_some() {
+            knocked_at = knocked_at.min(score.path);
+        }
+        let seen = knocked.unwrap_or(simulation);
+        seen.render(frame, &mut pixels)?;
         let report = pipeline.step(time, Grey::new(&pixels, width, height)?)?;
 
-        let truth = simulation.visible_corners(frame);
+        let truth = seen.visible_corners(frame);
         for corner in &report.corners {
             let pixel: Vector2<f64> = corner.pixel.cast();
             let distance = |true_pixel: Vector2<f64>| (true_pixel - pixel).norm();
@@ -144,8 +186,12 @@ pub fn run(simulation: &Simulation, config: Config) -> Result<Score> {
             wrap_angle(estimate.heading - start_from_robot.heading),
         );
         let covariance = report.pose_covariance.cast::<f64>();
+        let after = score.path >= knocked_at + RECOVERY;
+        judged += usize::from(after);
         for axis in 0..3 {
-            inside[axis] += usize::from(error[axis].abs() <= 3.0 * covariance[(axis, axis)].sqrt() + 1e-6);
+            let holds = error[axis].abs() <= 3.0 * covariance[(axis, axis)].sqrt() + 1e-6;
+            inside[axis] += usize::from(holds);
+            recovered[axis] += usize::from(holds && after);
         }
         if frame >= SETTLED {
             nees += covariance.try_inverse().map_or(f64::INFINITY, |inverse| error.dot(&(inverse * error)));
@@ -155,6 +201,15 @@ pub fn run(simulation: &Simulation, config: Config) -> Result<Score> {
     }
     let frames = simulation.len() as f64;
     score.position_rms = (squares / frames).sqrt();
+    score.recovered = recovered.into_iter().min().unwrap_or(0) as f64 / f64::from(judged.max(1) as u32);
+    (score.verdict, score.reason) = (pipeline.health().verdict(), pipeline.health().reason());
+    let filter = pipeline.filter();
+    if let (Some(error), Some(covariance)) = (filter.wheels_error(), filter.wheels_error_covariance()) {
+        score.wheels = [error.into(), covariance.diagonal().map(f32::sqrt).into()];
+    }
+    if let (Some(error), Some(covariance)) = (filter.mount_error(), filter.mount_error_covariance()) {
+        score.mount = [error.into(), covariance.diagonal().map(f32::sqrt).into()];
+    }
     score.within_3_sigma = inside.into_iter().min().unwrap_or(0) as f64 / frames;
     score.nees = nees / (frames - SETTLED as f64).max(1.0);
     score.range_errors.sort_by(f64::total_cmp);

@@ -164,7 +164,10 @@ impl Pipeline {
     pub fn new(rig: &Rig, by_pictures: bool) -> Result<Self> {
         let finder: RangeFinder<f32> = rig.finder.cast()?;
         let config = match rig.settings.as_slice() {
-            [] => Config::new(finder),
+            [] => {
+                let plain = Config::new(finder);
+                Config { motion: plain.motion.with_scales(), ..plain }
+            }
             message => {
                 let name = "settings, which are no Configure message of this version,";
                 let foreign = Error::Size { name, got: message.len(), expected: 0 };
@@ -174,8 +177,11 @@ impl Pipeline {
         };
         let mount_std = rig.mount_std.map(|std| std as f32);
         let [height, tilt, roll, yaw, ..] = mount_std;
-        let motion_from = if by_pictures { MotionFrom::Pictures } else { config.motion_from };
-        let config = Config { finder, mount_std: [height, tilt, roll, yaw], motion_from, ..config };
+        let (motion_from, motion) = match by_pictures {
+            true => (MotionFrom::Pictures, config.motion.without_scales()),
+            false => (config.motion_from, config.motion),
+        };
+        let config = Config { finder, mount_std: [height, tilt, roll, yaw], motion_from, motion, ..config };
         Ok(Self { inner: Drive::new(config, LANDMARKS)?, mount_std, picture: Vec::new() })
     }
 

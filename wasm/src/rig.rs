@@ -30,7 +30,7 @@ export interface RigInput {
   pixelStd: [number, number];
   mount: Mount;
   mountStd: Mount;
-  /** The pipeline's settings: a `Configure` message of the co-processor's protocol, or nothing for the default ones. */
+  /** The pipeline's settings: a `Configure` message of the co-processor's protocol, or nothing for a host's default ones. */
   settings: ArrayLike<number>;
 }
 

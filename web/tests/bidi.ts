@@ -93,6 +93,6 @@ export class Firefox {
     const ended = new Promise((done) => this.#process.on('exit', done));
     this.#process.kill();
     await ended;
-    await rm(this.#profile, { recursive: true, force: true, maxRetries: 5 });
+    await rm(this.#profile, { recursive: true, force: true, maxRetries: 20, retryDelay: 100 });
   }
 }

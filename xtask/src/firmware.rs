@@ -154,7 +154,7 @@ pub(crate) fn test(frames: usize) -> Result<()> {
     weigh()?;
     // Of the whole workspace, as `cargo test` builds it: the features of a package by itself would have all compiled again.
     let mut cargo = shell::cargo("test");
-    for test in ["in_qemu", "crashes_in_qemu", "c_clients", "feed", "hostile_line"] {
+    for test in ["in_qemu", "crashes_in_qemu", "on_stm32h7", "c_clients", "feed", "hostile_line"] {
         cargo.args(["--test", test]);
     }
     cargo.args(["--", "--nocapture"]);
@@ -165,9 +165,12 @@ pub(crate) fn test(frames: usize) -> Result<()> {
     // What another reader of MAVLink makes of `feed --mavlink`.
     match python::with("pymavlink")? {
         Some(python) => _ = cargo.env("MONORANGE_PYTHON", python),
-        None => {
-            test::skipped("MAVLink by pymavlink", "needs Python 3.9 or newer with its modules venv and pip")?
-        }
+        None => test::skipped("MAVLink by pymavlink", python::NEEDS_MODULE)?,
+    }
+    // The chip that the Nucleo's program runs on.
+    match python::with("unicorn")? {
+        Some(python) => _ = cargo.env("MONORANGE_UNICORN", python).env("MONORANGE_NUCLEO", nucleo_image()),
+        None => test::skipped("the Nucleo's program on an emulated STM32H7", python::NEEDS_MODULE)?,
     }
     for board in BOARDS {
         let variable = format!("MONORANGE_{}", board.machine().to_uppercase().replace('-', "_"));
@@ -201,7 +204,7 @@ fn weigh() -> Result<()> {
     for board in BOARDS {
         report(&board.image(""), board.machine())?;
     }
-    report(&nucleo().join(TRIPLE).join("release/monorange-nucleo-h743zi"), "nucleo-h743zi")
+    report(&nucleo_image(), "nucleo-h743zi")
 }
 
 fn report(image: &Path, board: &str) -> Result<()> {
@@ -221,6 +224,11 @@ fn report(image: &Path, board: &str) -> Result<()> {
         per_pixel.len()
     );
     Ok(())
+}
+
+/// Where the program for silicon is, once it is built.
+fn nucleo_image() -> PathBuf {
+    nucleo().join(TRIPLE).join("release/monorange-nucleo-h743zi")
 }
 
 /// Target folder of the program for silicon.

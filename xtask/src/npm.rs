@@ -152,7 +152,8 @@ async function console_of(address) {
   const gone = new Promise((resolve) => child.exitCode === null ? child.on('exit', resolve) : resolve());
   child.kill();
   await gone;
-  rmSync(profile, { recursive: true, force: true, maxRetries: 5 });
+  // The browser's helpers outlive it for a moment, and write.
+  rmSync(profile, { recursive: true, force: true, maxRetries: 20, retryDelay: 100 });
   if (!said.includes(wanted)) throw new Error(`${address} does not say ${wanted}:\n${said}`);
 }
 

@@ -27,7 +27,18 @@ pub(crate) fn command<A: AsRef<OsStr>>(
 
 /// The command `cargo words…`, the words separated by spaces.
 pub(crate) fn cargo(words: &str) -> Command {
-    command(std::env::var("CARGO").unwrap_or_else(|_| "cargo".into()), words.split_whitespace())
+    let mut cargo =
+        command(std::env::var("CARGO").unwrap_or_else(|_| "cargo".into()), words.split_whitespace());
+    if is_ci() {
+        // Nothing is compiled a second time there.
+        cargo.env("CARGO_INCREMENTAL", "0");
+    }
+    cargo
+}
+
+/// Whether this is continuous integration, where nothing may be skipped.
+pub(crate) fn is_ci() -> bool {
+    std::env::var("CI").is_ok_and(|ci| ci == "true")
 }
 
 /// Runs a command after printing it; its output goes where ours goes.

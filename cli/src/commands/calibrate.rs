@@ -1,5 +1,5 @@
 //! `calibrate`: the camera, and the mount, from pictures of a printed chessboard.
-use crate::outputs::to_file_or_stdout;
+use crate::outputs::{not_an_input, to_file_or_stdout};
 use clap::Args;
 use monorange_core::calibration::board::FloorMount;
 use monorange_core::geometry::{MOUNT_STD_BY_HAND, Mount, RangeFinder};
@@ -63,6 +63,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let board = Board::new(columns, rows, arguments.square)?;
     let floor = arguments.floor.as_deref().map(|floor| place_of(&arguments.pictures, floor)).transpose()?;
     let shots: Vec<_> = arguments.pictures.iter().map(|path| shot(&board, path)).collect();
+    arguments.out.as_deref().map(not_an_input).transpose()?;
     let calibrated = calibrate(&board, &shots)?;
     for warning in &calibrated.warnings {
         eprintln!("warning: {warning}");

@@ -97,6 +97,16 @@ pub struct Arguments {
     /// What a radian turned adds to the heading, rad; it grows with the root of the turn.
     #[arg(long, value_name = "RADIANS", value_parser = at_least_zero)]
     turn_growth: Option<f64>,
+    /// Share by which the odometry reads every way too long or too short, which the filter estimates; with this and the next two 0
+    /// it is taken to be right on average.
+    #[arg(long, value_name = "SHARE", value_parser = at_least_zero)]
+    speed_scale: Option<f64>,
+    /// Share by which it reads every turn too large or too small.
+    #[arg(long, value_name = "SHARE", value_parser = at_least_zero)]
+    turn_scale: Option<f64>,
+    /// Turn that it leaves out for each metre driven, rad/m.
+    #[arg(long, value_name = "RADIANS", value_parser = at_least_zero)]
+    turn_bias: Option<f64>,
     /// Without names: a landmark nearer than this is expected to be seen, m.
     #[arg(long, value_name = "METRES", value_parser = at_least_zero)]
     view_range: Option<f64>,
@@ -263,6 +273,9 @@ impl Arguments {
         set(&mut settings.turn_std, self.turn_std);
         set(&mut settings.growth[0], self.speed_growth);
         set(&mut settings.growth[1], self.turn_growth);
+        set(&mut settings.scale_std[0], self.speed_scale);
+        set(&mut settings.scale_std[1], self.turn_scale);
+        set(&mut settings.scale_std[2], self.turn_bias);
         set(&mut settings.map.view.far, self.view_range);
         set(&mut settings.map.view.half_angle, self.view_angle);
         set(&mut settings.map.merge_distance, self.merge_distance);
@@ -374,7 +387,7 @@ fn setting_lines(settings: &Settings) -> Vec<SettingLine> {
         Association::Unknown => "unknown",
     };
     type Text<'a> = &'a dyn Fn(&Settings) -> String;
-    let own: [(&str, Text<'_>, &'static str, &'static str); 13] = [
+    let own: [(&str, Text<'_>, &'static str, &'static str); 16] = [
         ("association", &|s| association(s).to_owned(), "", "whether the names of the log are used"),
         ("range-offset", &|s| s.range_offset.to_string(), "m", "what the sensor reads too much"),
         ("range-std", &|s| s.range_std[0].to_string(), "m", "of a range, where the log gives no variance"),
@@ -390,6 +403,9 @@ fn setting_lines(settings: &Settings) -> Vec<SettingLine> {
         ("turn-std", &|s| s.turn_std.to_string(), "rad/√s", "of the heading after a second"),
         ("speed-growth", &|s| s.growth[0].to_string(), "m/√m", "what a metre adds to the way ahead"),
         ("turn-growth", &|s| s.growth[1].to_string(), "rad/√rad", "what a radian adds to the heading"),
+        ("speed-scale", &|s| s.scale_std[0].to_string(), "", "by which ways are read too long or too short"),
+        ("turn-scale", &|s| s.scale_std[1].to_string(), "", "by which turns are read too large or too small"),
+        ("turn-bias", &|s| s.scale_std[2].to_string(), "rad/m", "what a metre leaves out of the turn"),
         ("view-range", &|s| s.map.view.far.to_string(), "m", "landmarks nearer than this are expected"),
         ("view-angle", &|s| s.map.view.half_angle.to_string(), "rad", "and within this bearing"),
         ("max-landmarks", &|s| s.landmarks.to_string(), "", "landmarks that there is room for"),

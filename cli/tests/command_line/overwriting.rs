@@ -43,6 +43,10 @@ const TO_A_FILE: &[(&str, &[&str])] = &[
         &["points.csv", "camera.yaml", "rig.toml"],
     ),
     (
+        "calibrate sim/frames/000000.png sim/frames/000001.png --board 9x6 --square 0.025 --floor sim/frames/000001.png --out OUT",
+        &["sim/frames/000000.png", "sim/frames/000001.png"],
+    ),
+    (
         "scan --rig rig.toml --frames sim/frames --odometry sim/odometry.csv --out OUT",
         &["rig.toml", "camera.yaml", "sim/times.txt", "sim/odometry.csv", "sim/frames/000003.png"],
     ),

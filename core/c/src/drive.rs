@@ -6,7 +6,7 @@ use crate::{
 };
 use core::ffi::{CStr, c_char, c_void};
 use monorange_core::{
-    lines::{EdgePoint, mask_words, point_count, row_words},
+    lines::{EdgePoint, Extraction, mask_words, point_count, row_words},
     pipeline::{self, Config, Lent, Memory, Odometry, Pipeline, Report},
     setting::Value,
     slam::{self, states_for, storage_len},
@@ -125,6 +125,7 @@ pub enum Verdict {
 
 pub(crate) const fn bytes(width: usize, height: usize, landmarks: usize) -> usize {
     bytes_of::<Drive>(1)
+        + bytes_of::<Extraction>(1)
         + working_bytes(width, height)
         + bytes_of::<f32>(storage_len(states_for(landmarks, true)))
         + bytes_of::<slam::Landmark<f32>>(landmarks)
@@ -225,6 +226,7 @@ fn start(
         words: room.filled(row_words(width, height), 0)?,
         masks: room.filled(mask_words(width), 0)?,
         points: room.filled(point_count(width, height), EdgePoint::default())?,
+        extraction: room.place()?.write(Extraction::zero()),
         numbers: room.filled(storage_len(states_for(count, true)), 0.0)?,
         landmarks: room.filled(count, slam::Landmark::default())?,
     };

@@ -17,6 +17,11 @@ pub fn wrap_angle<T: Real>(angle: T) -> T {
     if wrapped <= -T::pi() || wrapped > T::pi() { T::pi() } else { wrapped }
 }
 
+/// The turn where it is more than its noise, else 0.
+pub(crate) fn told_from_noise<T: Real>(turn: T, variance: T) -> T {
+    if turn * turn > T::lit(9.0) * variance { turn } else { T::zero() }
+}
+
 /// A pose in the plane: `a_from_b` takes points of frame b to frame a. REP-103: x forward, y left.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pose<T> {

@@ -75,6 +75,8 @@ pub struct GroundMotion<T> {
     pub covariance: Matrix3<T>,
     /// ∂(dx, dy, dθ)/∂(height, tilt, roll, yaw) of the mount: how its error, which all steps share, goes into the step.
     pub by_mount: Matrix3x4<T>,
+    /// ∂arc/∂(what was known of it beforehand): how much of the prior is in the step; zero without one.
+    pub arc_by_prior: Matrix2<T>,
     /// Path along the arc (m) and turn (rad): v Δt and ω Δt of the paper's control.
     pub arc: Vector2<T>,
     /// Covariance of the arc.
@@ -422,6 +424,9 @@ impl<'a, T: Real> MotionProblem<'a, T> {
             pose: step.pose(),
             covariance: pose_by_step * covariance * pose_by_step.transpose(),
             by_mount: pose_by_step * inverse * self.gradient_by_mount(refined, tracks),
+            arc_by_prior: self.prior.map_or_else(Matrix2::zeros, |(_, information)| {
+                Matrix2::new(inverse.m11, inverse.m13, inverse.m31, inverse.m33) * information
+            }),
             arc: step.arc(),
             arc_covariance,
             floor_homography,

@@ -24,7 +24,7 @@
 //! optimised with the noise first taken for larger, then refined by expectation–maximisation with damped Newton
 //! steps on the Gold Standard cost of Hartley & Zisserman (*Multiple View Geometry*, 2nd ed., algorithm 4.3; errors
 //! in both pictures). There is no threshold in the refinement: a match counts by its posterior, which costs no
-//! efficiency, so that the covariance is honest (`tests/tests/homography.rs`: NEES 8.05 of 8 over 4,800 problems).
+//! efficiency, so that the covariance is honest (`tests/tests/system/homography.rs`: NEES 8.05 of 8 over 4,800 problems).
 //!
 //! **Numbers.** Everything is computed in Hartley's normalised coordinates, f32 included. Working memory is a few
 //! kilobytes of stack, whatever the number of matches. The covariance is first order and holds from four matches

@@ -2,8 +2,8 @@
 use super::motion_likelihood::Track;
 use super::{GroundMotion, GroundMotionConfig, Match, MotionPrior, NoMotion, ground_motion};
 use crate::Real;
-use crate::geometry::{Pose, RangeFinder};
-use nalgebra::{Matrix2, Matrix2x4, Matrix3, Matrix3x4, SymmetricEigen, Vector2};
+use crate::geometry::{Pose, RangeFinder, told_from_noise};
+use nalgebra::{Matrix2, Matrix2x3, Matrix2x4, Matrix3, Matrix3x2, Matrix3x4, SymmetricEigen, Vector2};
 
 /// Settings of [`VisualOdometry`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,6 +49,7 @@ pub struct VisualOdometry<T> {
     since_keyframe: Pose<T>,
     since_keyframe_covariance: Matrix3<T>,
     since_keyframe_by_mount: Matrix3x4<T>,
+    since_keyframe_by_wheels: Matrix3<T>,
     /// What the wheels alone say since the keyframe, and the covariance of its arc: the pictures' part of the last step
     /// must not come back as a prior, since this step's matches share the keyframe's noise with it.
     wheels: (Pose<T>, Matrix2<T>),
@@ -126,6 +127,9 @@ pub struct OdometryReport<T> {
     pub increment_covariance: Matrix3<T>,
     /// ∂increment/∂(height, tilt, roll, yaw) of the mount, whose error all steps share.
     pub increment_by_mount: Matrix3x4<T>,
+    /// ∂increment/∂(the wheels' errors): a share of their travel, a share of their turn, and a turn for each metre
+    /// ([`Filter::wheels_error`](crate::slam::Filter::wheels_error)); zero without wheels.
+    pub increment_by_wheels: Matrix3<T>,
     /// How the wheels differ from the pictures, where a keyframe ends that both have measured.
     pub disagreement: Option<Disagreement<T>>,
     /// Whether the increment comes from the pictures; else it is the prior: odometry, or the last velocity held.
@@ -135,7 +139,7 @@ pub struct OdometryReport<T> {
 }
 
 /// The wheels' motion since the keyframe minus the fused motion of wheels and pictures: evidence of the mount's errors, which only
-/// the pictures see.
+/// the pictures see, and of the wheels' own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disagreement<T> {
     /// In path (m) and turn (rad).
@@ -144,6 +148,8 @@ pub struct Disagreement<T> {
     pub covariance: Matrix2<T>,
     /// Its derivative with respect to the errors of the mount's height, tilt, roll and yaw.
     pub by_mount: Matrix2x4<T>,
+    /// And with respect to those of the wheels.
+    pub by_wheels: Matrix2x3<T>,
 }
 
 impl<T: Real> Default for VisualOdometry<T> {
@@ -159,6 +165,7 @@ impl<T: Real> VisualOdometry<T> {
             since_keyframe: Pose::default(),
             since_keyframe_covariance: Matrix3::zeros(),
             since_keyframe_by_mount: Matrix3x4::zeros(),
+            since_keyframe_by_wheels: Matrix3::zeros(),
             wheels: (Pose::default(), Matrix2::zeros()),
             velocity: None,
             habits: Habits::new(),
@@ -194,8 +201,9 @@ impl<T: Real> VisualOdometry<T> {
             Some(wheels) if knows_less(&motion, wheels) => Err(NoMotion::Degenerate),
             _ => Ok(motion),
         });
-        let (increment, mut increment_covariance, increment_by_mount) = match &motion {
-            Ok(motion) => self.follow(motion, dt),
+        let by_wheels = known.map_or_else(Matrix2x3::zeros, |wheels| arc_by_wheels(wheels));
+        let Step { increment, covariance: mut increment_covariance, by_mount, by_wheels } = match &motion {
+            Ok(motion) => self.follow(motion, &by_wheels, dt),
             Err(_) => self.coast(config, odometry, dt),
         };
         let disagreement = match (&motion, odometry) {
@@ -218,7 +226,8 @@ impl<T: Real> VisualOdometry<T> {
             motion,
             increment,
             increment_covariance,
-            increment_by_mount,
+            increment_by_mount: by_mount,
+            increment_by_wheels: by_wheels,
             new_keyframe,
         }
     }
@@ -245,7 +254,7 @@ impl<T: Real> VisualOdometry<T> {
         MotionPrior { arc: arc_to(&pose), covariance: step.covariance + known }
     }
 
-    fn follow(&mut self, motion: &GroundMotion<T>, dt: T) -> (Pose<T>, Matrix3<T>, Matrix3x4<T>) {
+    fn follow(&mut self, motion: &GroundMotion<T>, wheels: &Matrix2x3<T>, dt: T) -> Step<T> {
         let increment = self.since_keyframe.inverse().compose(&motion.pose);
         // Σ_increment = R₀ᵀ (Σ_now − F Σ_before Fᵀ) R₀, with F how the earlier pose's error carries on.
         let moved = motion.pose.position() - self.since_keyframe.position();
@@ -264,19 +273,17 @@ impl<T: Real> VisualOdometry<T> {
             (arc / dt, spread / (dt * dt))
         });
         let by_mount = turn.transpose() * (motion.by_mount - carry * self.since_keyframe_by_mount);
+        let now = pose_by_arc(motion.arc) * motion.arc_by_prior * wheels;
+        let by_wheels = turn.transpose() * (now - carry * self.since_keyframe_by_wheels);
         self.since_keyframe = motion.pose;
         self.since_keyframe_covariance = motion.covariance;
         self.since_keyframe_by_mount = motion.by_mount;
-        (increment, covariance, by_mount)
+        self.since_keyframe_by_wheels = now;
+        Step { increment, covariance, by_mount, by_wheels }
     }
 
     /// No motion was measured: the wheels', and without them the last velocity's.
-    fn coast(
-        &mut self,
-        config: &OdometryConfig<T>,
-        wheels: Option<&MotionPrior<T>>,
-        dt: T,
-    ) -> (Pose<T>, Matrix3<T>, Matrix3x4<T>) {
+    fn coast(&mut self, config: &OdometryConfig<T>, wheels: Option<&MotionPrior<T>>, dt: T) -> Step<T> {
         let step = match wheels {
             Some(step) => {
                 self.velocity = (dt > T::zero()).then(|| (step.arc / dt, step.covariance / (dt * dt)));
@@ -285,10 +292,14 @@ impl<T: Real> VisualOdometry<T> {
             None => self.bridge(config, dt),
         };
         let pose = arc_pose(step.arc);
-        let by_arc = super::planar::PlanarStep::new(step.arc.x, T::zero(), step.arc.y).pose_by_step();
-        let by_arc = nalgebra::Matrix3x2::from_columns(&[by_arc.column(0), by_arc.column(2)]);
+        let by_arc = pose_by_arc(step.arc);
         self.since_keyframe = self.since_keyframe.compose(&pose);
-        (pose, by_arc * step.covariance * by_arc.transpose(), Matrix3x4::zeros())
+        Step {
+            increment: pose,
+            covariance: by_arc * step.covariance * by_arc.transpose(),
+            by_mount: Matrix3x4::zeros(),
+            by_wheels: wheels.map_or_else(Matrix3::zeros, |wheels| by_arc * arc_by_wheels(wheels)),
+        }
     }
 
     /// The step of the last velocity, with what the path since it was measured is more uncertain than before the step.
@@ -307,6 +318,14 @@ impl<T: Real> VisualOdometry<T> {
     }
 }
 
+/// A step since the last picture.
+struct Step<T> {
+    increment: Pose<T>,
+    covariance: Matrix3<T>,
+    by_mount: Matrix3x4<T>,
+    by_wheels: Matrix3<T>,
+}
+
 /// Whether pictures and wheels together know an arc less by far than the wheels alone: then the matches contradict each other.
 /// Twice the deviation is what a few of them may leave. A velocity that is held is a guess, and no such judge.
 fn knows_less<T: Real>(motion: &GroundMotion<T>, wheels: &MotionPrior<T>) -> bool {
@@ -322,7 +341,19 @@ fn disagreement<T: Real>(wheels: &MotionPrior<T>, motion: &GroundMotion<T>) -> D
         arc: wheels.arc - motion.arc,
         covariance: wheels.covariance + motion.arc_covariance,
         by_mount: Matrix2x4::from_rows(&[along, motion.by_mount.row(2).into_owned()]),
+        by_wheels: (motion.arc_by_prior - Matrix2::identity()) * arc_by_wheels(wheels),
     }
+}
+
+/// ∂(path, turn)/∂(the wheels' errors).
+fn arc_by_wheels<T: Real>(wheels: &MotionPrior<T>) -> Matrix2x3<T> {
+    let (path, turn) = (wheels.arc.x, told_from_noise(wheels.arc.y, wheels.covariance.m22));
+    Matrix2x3::new(path, T::zero(), T::zero(), T::zero(), turn, path)
+}
+
+fn pose_by_arc<T: Real>(arc: Vector2<T>) -> Matrix3x2<T> {
+    let by_step = super::planar::PlanarStep::new(arc.x, T::zero(), arc.y).pose_by_step();
+    Matrix3x2::from_columns(&[by_step.column(0), by_step.column(2)])
 }
 
 fn arc_pose<T: Real>(arc: Vector2<T>) -> Pose<T> {

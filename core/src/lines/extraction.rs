@@ -114,11 +114,14 @@ pub struct Truncations {
 
 impl Default for Truncations {
     fn default() -> Self {
-        Self { edge_stride: 1, peaks: 0, lines: 0, corners: 0 }
+        Self::NONE
     }
 }
 
 impl Truncations {
+    /// Nothing was left out.
+    pub const NONE: Self = Self { edge_stride: 1, peaks: 0, lines: 0, corners: 0 };
+
     /// Whether anything was left out.
     pub fn any(&self) -> bool {
         *self != Self::default()
@@ -143,6 +146,27 @@ pub struct Extraction {
 }
 
 impl Extraction {
+    /// Memory for one, to be lent to an extractor. All zero, so that a static of it takes no room in flash.
+    pub const fn zero() -> Self {
+        Self {
+            corners: heapless::Vec::new(),
+            vertical_lines: heapless::Vec::new(),
+            floor_lines: heapless::Vec::new(),
+            edge_points: 0,
+            noise_std: 0.0,
+            truncations: Truncations { edge_stride: 0, ..Truncations::NONE },
+        }
+    }
+
+    /// Forgets the picture, in place.
+    pub fn clear(&mut self) {
+        let Self { corners, vertical_lines, floor_lines, edge_points, noise_std, truncations } = self;
+        corners.clear();
+        vertical_lines.clear();
+        floor_lines.clear();
+        (*edge_points, *noise_std, *truncations) = (0, 0.0, Truncations::NONE);
+    }
+
     /// The vertical line of a corner of this extraction.
     pub fn vertical_of(&self, corner: &Corner) -> Option<&Line> {
         self.vertical_lines.get(usize::from(corner.vertical))

@@ -14,6 +14,7 @@ use crate::image::{
     threshold_row,
 };
 use crate::{Error, Result};
+use core::borrow::BorrowMut;
 use nalgebra::Vector2;
 
 /// Rows from one measurement of the noise to the next.
@@ -22,7 +23,7 @@ const NOISE_ROWS: usize = 16;
 /// Finds floor corners in pictures that come row by row.
 ///
 /// Its memory is lent: `R` holds 16-bit words ([`row_words`](super::row_words)), `M` 32-bit ones ([`mask_words`]), `P` edge points
-/// ([`point_count`](super::point_count)). Arrays on a microcontroller, `Vec`s on a host.
+/// ([`point_count`](super::point_count)). Arrays on a microcontroller, `Vec`s on a host. What it finds is its own, or lent too: `E`.
 ///
 /// ```
 /// use monorange_core::geometry::{Camera, Mount, RangeFinder};
@@ -48,7 +49,7 @@ const NOISE_ROWS: usize = 16;
 /// # Ok::<(), monorange_core::Error>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Extractor<R, M, P> {
+pub struct Extractor<R, M, P, E = Extraction> {
     config: ExtractConfig,
     finder: RangeFinder<f32>,
     /// What an edge with this gradient direction can be: [`VERTICAL`], [`FLOOR`], or nothing.
@@ -69,7 +70,7 @@ pub struct Extractor<R, M, P> {
     row: usize,
     noise: NoiseLevel,
     edges: EdgeList,
-    extraction: Extraction,
+    extraction: E,
 }
 
 #[cfg(feature = "alloc")]
@@ -101,8 +102,32 @@ where
         config: ExtractConfig,
         finder: RangeFinder<f32>,
         words: R,
+        masks: M,
+        points: P,
+    ) -> Result<Self> {
+        Self::with(config, finder, words, masks, points, Extraction::default())
+    }
+}
+
+impl<R, M, P, E> Extractor<R, M, P, E>
+where
+    R: AsRef<[u16]> + AsMut<[u16]>,
+    M: AsRef<[u32]> + AsMut<[u32]>,
+    P: AsRef<[EdgePoint]> + AsMut<[EdgePoint]>,
+    E: BorrowMut<Extraction>,
+{
+    /// As [`new`](Extractor::new), with memory for what it finds as well: the largest part of an extractor, which then is not
+    /// moved with it.
+    ///
+    /// # Errors
+    /// As [`new`](Extractor::new).
+    pub fn with(
+        config: ExtractConfig,
+        finder: RangeFinder<f32>,
+        words: R,
         mut masks: M,
         points: P,
+        extraction: E,
     ) -> Result<Self> {
         let config = config.validated()?;
         let camera = *finder.camera();
@@ -141,7 +166,7 @@ where
             row: 0,
             noise: NoiseLevel::default(),
             edges: EdgeList::new(),
-            extraction: Extraction::default(),
+            extraction,
         };
         for (passes, kind) in extractor.passes.into_iter().zip([VERTICAL, FLOOR]) {
             for (direction, kinds) in (0_u8..=255).zip(&mut extractor.kinds) {
@@ -159,8 +184,8 @@ where
     }
 
     /// The memory that it was lent.
-    pub fn into_memory(self) -> (R, M, P) {
-        (self.words, self.masks, self.points)
+    pub fn into_memory(self) -> (R, M, P, E) {
+        (self.words, self.masks, self.points, self.extraction)
     }
 
     /// The 16-bit words it was lent, for any use between pictures: nothing is kept there, and a picture that has begun is
@@ -175,7 +200,7 @@ where
         self.row = 0;
         self.noise = NoiseLevel::default();
         self.edges = EdgeList::new();
-        self.extraction = Extraction::default();
+        self.extraction.borrow_mut().clear();
         let (rows, _) = self.masks.as_mut().split_at_mut(row_masks(self.finder.camera().width()));
         rows.fill(0);
     }
@@ -214,8 +239,8 @@ where
         if self.row != height {
             return Err(Error::Size { name: "rows", got: self.row, expected: height });
         }
-        if self.extraction.noise_std > 0.0 {
-            return Ok(&self.extraction); // asked before
+        if self.extraction.borrow().noise_std > 0.0 {
+            return Ok(self.extraction.borrow()); // asked before
         }
         if self.finder.camera().width() > 2 * (MARGIN + 1) {
             // Rows without edges push the last ones out of the opening.
@@ -224,11 +249,12 @@ where
         let camera = self.finder.camera();
         let (_, grid) = self.masks.as_ref().split_at(row_masks(camera.width()));
         self.edges.undistort(self.points.as_mut(), &LensGrid::new(camera, grid));
-        self.extraction.edge_points = self.edges.found;
-        self.extraction.noise_std = self.noise.std();
-        self.extraction.truncations.edge_stride = self.edges.stride;
+        let extraction = self.extraction.borrow_mut();
+        extraction.edge_points = self.edges.found;
+        extraction.noise_std = self.noise.std();
+        extraction.truncations.edge_stride = self.edges.stride;
         self.find_lines();
-        Ok(&self.extraction)
+        Ok(self.extraction.borrow())
     }
 
     /// What a whole picture gives: a loop over its rows.
@@ -283,7 +309,8 @@ where
     fn find_lines(&mut self) {
         let camera = self.finder.camera();
         let height = camera.height() as f32;
-        let sampling = Sampling { noise_std: self.extraction.noise_std, stride: self.edges.stride };
+        let extraction = self.extraction.borrow_mut();
+        let sampling = Sampling { noise_std: extraction.noise_std, stride: self.edges.stride };
         let points = self.points.as_mut().get_mut(..self.edges.len).unwrap_or_default();
         let words = self.words.as_mut();
         let mut search = Search {
@@ -294,11 +321,11 @@ where
             min_length: self.config.min_vertical_length * height,
             first_owner: VERTICAL_OWNER,
         };
-        let mut truncations = self.extraction.truncations;
+        let mut truncations = extraction.truncations;
         let upright = |line: &Line| is_upright(&self.finder, line, self.config.gravity_tolerance);
         let [vertical_passes, floor_passes] = self.passes;
         for pass in vertical_passes {
-            let skipped = search.run(&pass, points, words, &mut self.extraction.vertical_lines, &upright);
+            let skipped = search.run(&pass, points, words, &mut extraction.vertical_lines, &upright);
             truncations.peaks += skipped.peaks;
             truncations.lines += skipped.lines;
         }
@@ -306,18 +333,18 @@ where
         search.first_owner = FLOOR_OWNER;
         let sharp = |line: &Line| line.width_px <= self.config.max_width_px;
         for pass in floor_passes {
-            let skipped = search.run(&pass, points, words, &mut self.extraction.floor_lines, &sharp);
+            let skipped = search.run(&pass, points, words, &mut extraction.floor_lines, &sharp);
             truncations.peaks += skipped.peaks;
             truncations.lines += skipped.lines;
         }
-        self.extraction.truncations = truncations;
+        extraction.truncations = truncations;
         let finder = &self.finder;
         let corners = CornerSearch { config: &self.config, finder, top: self.floor_top as f32, sampling };
-        corners.run(points, words, &mut self.extraction);
+        corners.run(points, words, extraction);
 
         let pixel = |ideal| camera.pixel_from_ray(camera.ray_from_ideal(ideal)).unwrap_or(ideal);
-        let lines = self.extraction.vertical_lines.iter_mut().map(|line| (line, true));
-        for (line, upright) in lines.chain(self.extraction.floor_lines.iter_mut().map(|line| (line, false))) {
+        let lines = extraction.vertical_lines.iter_mut().map(|line| (line, true));
+        for (line, upright) in lines.chain(extraction.floor_lines.iter_mut().map(|line| (line, false))) {
             let [first, last] = line.extent.map(|end| pixel(line.centroid + line.along() * end));
             let ordered = if upright { first.y <= last.y } else { first.x <= last.x };
             line.ends = if ordered { [first, last] } else { [last, first] };
@@ -357,141 +384,5 @@ fn extent(lens: &LensGrid<'_>, width: usize, height: usize) -> (Vector2<f32>, f3
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::memory::{point_count, row_words};
-    use super::*;
-    use crate::geometry::{Camera, Distortion, Mount};
-    use std::{vec, vec::Vec};
-
-    type HostExtractor = Extractor<Vec<u16>, Vec<u32>, Vec<EdgePoint>>;
-
-    fn finder(width: usize, height: usize) -> RangeFinder<f32> {
-        let principal = [width as f32 / 2.0, height as f32 / 2.0];
-        let camera =
-            Camera::new(width, height, [365.0, 365.0], principal, 0.0, Distortion::default()).unwrap();
-        RangeFinder::new(camera, Mount::new([0.4, 0.0, 0.0, 0.0, 0.0, 0.0]).unwrap())
-    }
-
-    fn extractor(width: usize, height: usize, points: usize) -> HostExtractor {
-        let words = vec![0; row_words(width, height).max(3 * points)];
-        let points = vec![EdgePoint::default(); points];
-        let masks = vec![0; mask_words(width)];
-        Extractor::new(ExtractConfig::default(), finder(width, height), words, masks, points).unwrap()
-    }
-
-    fn extract(width: usize, height: usize, pixel: impl FnMut(usize) -> u8) -> Extraction {
-        let pixels: Vec<u8> = (0..width * height).map(pixel).collect();
-        let mut extractor = extractor(width, height, point_count(width, height));
-        extractor.extract(Grey::new(&pixels, width, height).unwrap()).unwrap().clone()
-    }
-
-    #[test]
-    fn the_extractor_of_a_quarter_vga_camera_fits_48_kib() {
-        type Small =
-            Extractor<[u16; row_words(320, 240)], [u32; mask_words(320)], [EdgePoint; point_count(320, 240)]>;
-        assert!(size_of::<Small>() <= 48 * 1024, "{} bytes", size_of::<Small>());
-    }
-
-    #[test]
-    fn pictures_without_texture_give_nothing_at_any_size() {
-        for (width, height) in [(1, 1), (1, 300), (8, 8), (9, 9), (10_000, 12), (12, 1000), (33, 17)] {
-            for level in [0, 255] {
-                let found = extract(width, height, |_| level);
-                assert!(found.corners.is_empty() && found.edge_points == 0, "{width}×{height}");
-                assert!(!found.truncations.any());
-            }
-        }
-    }
-
-    #[test]
-    fn white_noise_is_truncated_with_a_report() {
-        let mut state = 7_u32;
-        let found = extract(320, 240, |_| {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 24) as u8
-        });
-        assert!(found.truncations.edge_stride > 1 && found.truncations.any());
-        assert!(found.edge_points > 1536);
-    }
-
-    #[test]
-    fn wide_pictures_are_searched_to_their_ends() {
-        let (width, height) = (10_000, 60);
-        let found = extract(width, height, |k| match (k / width, k % width) {
-            (36.., _) => 60,
-            (_, 9_960..) => 200,
-            _ => 130,
-        });
-        assert!(found.floor_lines.iter().any(|line| line.length() > 5_000.0));
-        let corner = found.corners.iter().find(|corner| (corner.pixel.x - 9_959.5).abs() < 0.2).unwrap();
-        assert!((corner.pixel.y - 35.5).abs() < 0.2, "{corner:?}");
-    }
-
-    #[test]
-    fn a_steep_edge_must_fill_the_opening() {
-        let steep_points = |rows: usize, opening: usize| {
-            let in_bar = |k: usize| (20..20 + rows).contains(&(k / 64)) && (20..44).contains(&(k % 64));
-            let pixels: Vec<u8> = (0..64 * 64).map(|k| if in_bar(k) { 85 } else { 60 }).collect();
-            let config = ExtractConfig { opening, ..Default::default() };
-            let points = vec![EdgePoint::default(); 200];
-            let (words, masks) = (vec![0; row_words(64, 64)], vec![0; mask_words(64)]);
-            let mut extractor = Extractor::new(config, finder(64, 64), words, masks, points).unwrap();
-            extractor.extract(Grey::new(&pixels, 64, 64).unwrap()).unwrap();
-            let points = extractor.edge_points().iter().filter(|point| point.direction().cos().abs() > 0.9);
-            assert!(points.clone().all(|point| in_bar(64 * point.ideal().y as usize + 30)));
-            points.count()
-        };
-        // The smoothing leaves four of six rows strong enough, and five of seven.
-        assert_eq!((steep_points(6, 5), steep_points(6, 4)), (0, 4));
-        assert_eq!((steep_points(7, 6), steep_points(7, 5) > 0), (0, true));
-        assert_eq!(steep_points(20, 6), steep_points(20, 1));
-    }
-
-    #[test]
-    fn lines_beyond_the_capacity_are_counted() {
-        // 40 stripes of 8 px: 80 upright edges for 32 places.
-        let found = extract(640, 100, |k| if k % 640 / 8 % 2 == 0 { 60 } else { 160 });
-        assert_eq!(found.vertical_lines.len(), 32);
-        assert!(found.truncations.lines > 0 || found.truncations.peaks > 0, "{:?}", found.truncations);
-    }
-
-    #[test]
-    fn rows_must_fit_and_be_complete() {
-        let mut extractor = extractor(20, 20, 64);
-        assert_eq!(extractor.push_row(&[0; 19]), Err(Error::Size { name: "row", got: 19, expected: 20 }));
-        assert!(matches!(extractor.finish(), Err(Error::Size { name: "rows", got: 0, expected: 20 })));
-        (0..20).for_each(|_| extractor.push_row(&[0; 20]).unwrap());
-        assert!(extractor.finish().is_ok());
-        assert!(extractor.push_row(&[0; 20]).is_err());
-        extractor.begin();
-        assert!(extractor.push_row(&[0; 20]).is_ok());
-    }
-
-    #[test]
-    fn too_little_memory_is_an_error() {
-        let with = |words: usize, masks: usize, points: usize| {
-            let points = vec![EdgePoint::default(); points];
-            Extractor::new(ExtractConfig::default(), finder(64, 48), vec![0; words], vec![0; masks], points)
-                .err()
-        };
-        assert_eq!(with(row_words(64, 48), mask_words(64), 64), None);
-        let name = |error: Option<Error>| match error {
-            Some(Error::Size { name, .. }) => name,
-            other => panic!("{other:?}"),
-        };
-        assert_eq!(name(with(16 * 64 - 1, mask_words(64), 64)), "extractor.words");
-        assert_eq!(name(with(row_words(64, 48), 3, 64)), "extractor.masks");
-        assert_eq!(name(with(row_words(64, 48), mask_words(64), 0)), "extractor.points");
-    }
-
-    #[test]
-    fn the_same_picture_gives_the_same_bits_again() {
-        let picture =
-            |k: usize| ((k % 160) * 3 + (k / 160) * (k % 7) + if k % 160 > 70 { 90 } else { 0 }) as u8;
-        let pixels: Vec<u8> = (0..160 * 120).map(picture).collect();
-        let grey = Grey::new(&pixels, 160, 120).unwrap();
-        let mut extractor = extractor(160, 120, point_count(160, 120));
-        let first = extractor.extract(grey).unwrap().clone();
-        assert_eq!(*extractor.extract(grey).unwrap(), first);
-    }
-}
+#[path = "extractor_tests.rs"]
+mod tests;

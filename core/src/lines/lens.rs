@@ -64,9 +64,13 @@ impl<'a> LensGrid<'a> {
         let (row, t) = split(cell.y, CELLS[1]);
         let (across, down) = (weights(s), weights(t));
         // Down the four columns first, eight numbers side by side: the shift, and its derivative downwards.
-        let (mut shift, mut by_down) = ([0.0; 8], [0.0; 8]);
-        let rows = self.shift.get(2 * (row * COLUMNS + column)..)?.chunks(2 * COLUMNS);
-        for (nodes, (weight, slope)) in rows.zip(down) {
+        // The first of four products is the sum so far: added to 0 they are a sixth of all additions.
+        let mut rows = self.shift.get(2 * (row * COLUMNS + column)..)?.chunks(2 * COLUMNS).zip(down);
+        let (nodes, (weight, slope)) = rows.next()?;
+        let nodes: &[u32; 8] = nodes.first_chunk()?;
+        let mut shift = nodes.map(|node| f32::from_bits(node) * weight);
+        let mut by_down = nodes.map(|node| f32::from_bits(node) * slope);
+        for (nodes, (weight, slope)) in rows {
             let nodes: &[u32; 8] = nodes.first_chunk()?;
             for ((node, shift), by_down) in nodes.iter().zip(&mut shift).zip(&mut by_down) {
                 let node = f32::from_bits(*node);
@@ -74,11 +78,12 @@ impl<'a> LensGrid<'a> {
                 *by_down += node * slope;
             }
         }
-        let (mut sum, mut sum_by_across, mut sum_by_down) =
-            (Vector2::zeros(), Vector2::zeros(), Vector2::zeros());
         let columns = shift.as_chunks::<2>().0.iter().zip(by_down.as_chunks::<2>().0);
-        for ((shift, by_down), (weight, slope)) in columns.zip(across) {
-            let (shift, by_down) = (Vector2::from(*shift), Vector2::from(*by_down));
+        let columns = columns.map(|(shift, by_down)| (Vector2::from(*shift), Vector2::from(*by_down)));
+        let mut columns = columns.zip(across);
+        let ((shift, by_down), (weight, slope)) = columns.next()?;
+        let (mut sum, mut sum_by_across, mut sum_by_down) = (shift * weight, shift * slope, by_down * weight);
+        for ((shift, by_down), (weight, slope)) in columns {
             sum += shift * weight;
             sum_by_across += shift * slope;
             sum_by_down += by_down * weight;
@@ -93,11 +98,14 @@ impl<'a> LensGrid<'a> {
 /// Catmull–Rom weights of four nodes at the fraction `t` between the middle two, and their derivatives.
 fn weights(t: f32) -> [(f32, f32); 4] {
     let u = 1.0 - t;
+    // Halves are exact: the same bits as −½ t u² and −½ u t².
+    let half = 0.5 * t;
+    let product = half * u;
     [
-        (-0.5 * t * u * u, -0.5 * u * (u - 2.0 * t)),
+        (-(product * u), -0.5 * u * (u - 2.0 * t)),
         (1.0 + t * t * (1.5 * t - 2.5), t * (4.5 * t - 5.0)),
         (1.0 + u * u * (1.5 * u - 2.5), -u * (4.5 * u - 5.0)),
-        (-0.5 * u * t * t, 0.5 * t * (t - 2.0 * u)),
+        (-(product * t), half * (t - 2.0 * u)),
     ]
 }
 

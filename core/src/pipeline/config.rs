@@ -74,7 +74,7 @@ pub struct Config {
     /// Least angle below the horizon at which a corner is measured, rad: nearer to it a range is a guess, and a skirting board
     /// is narrower than the smoothing, which pushes the edge of the floor half a pixel off.
     pub min_depression: f32,
-    /// Which filter, and its gate. Its range finder and mount states are set from the fields above.
+    /// Which filter, and its gate. Its range finder, its mount's and its wheels' states are set from the fields beside it.
     pub filter: FilterConfig<f32>,
     /// What carries corners from picture to picture. All but [`Carrier::Map`] need the features `alloc` and `sift`.
     pub carrier: Carrier,
@@ -197,6 +197,7 @@ impl Config {
             // A parameter known exactly is a state that hardly moves: the filter wants variances above 0.
             MountError::Estimated => Some(self.mount_std.map(|std| std.max(1e-5))),
         };
+        self.filter.wheels_std = self.motion.scale_std();
         self.map.view = self.view();
         self.filter = self.filter.validated()?;
         self.map = self.map.validated()?;

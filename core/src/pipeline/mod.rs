@@ -80,7 +80,7 @@ use sightings::{Sightings, alike};
 #[derive(Clone, Debug)]
 pub struct Pipeline<S: Storage> {
     config: Config,
-    extractor: Extractor<S::Words, S::Masks, S::Points>,
+    extractor: Extractor<S::Words, S::Masks, S::Points, S::Extraction>,
     map: Map<f32, S::Numbers, S::Landmarks>,
     frame: u32,
     intervals: Intervals,
@@ -102,8 +102,8 @@ impl<S: Storage> Pipeline<S> {
     pub fn new(config: Config, memory: Memory<S>) -> Result<Self> {
         let config = config.validated()?;
         config.supported()?;
-        let Memory { words, masks, points, numbers, landmarks } = memory;
-        let extractor = Extractor::new(config.extract, config.finder, words, masks, points)?;
+        let Memory { words, masks, points, extraction, numbers, landmarks } = memory;
+        let extractor = Extractor::with(config.extract, config.finder, words, masks, points, extraction)?;
         let filter = Filter::new(numbers, landmarks, Pose::default(), Matrix3::zeros(), config.filter)?;
         let map = Map::new(filter, config.map)?;
         Ok(Self {
@@ -178,7 +178,7 @@ impl<S: Storage> Pipeline<S> {
     pub fn advance(&mut self, time: f64) -> Result<()> {
         #[cfg(all(feature = "alloc", feature = "sift"))]
         if let Some((until, step)) = self.pictures.as_deref_mut().and_then(Pictures::take_waiting) {
-            self.map.filter_mut().predict(until, &step)?;
+            self.map.filter_mut().predict_driven(until, &step)?;
         }
         if time <= self.filter().time() {
             return Ok(());
@@ -194,7 +194,7 @@ impl<S: Storage> Pipeline<S> {
             let filter = self.map.filter_mut();
             return pictures.take_step(filter, time, step);
         }
-        self.map.filter_mut().predict(time, step)
+        self.map.filter_mut().predict_driven(time, step)
     }
 
     /// Takes a whole picture, as of `time` in seconds.
@@ -282,18 +282,36 @@ impl<S: Storage> Pipeline<S> {
     ///
     /// # Errors
     /// As [`finish`](Self::finish).
-    pub fn finish_timed(&mut self, time: f64, mut ended: impl FnMut(Stage)) -> Result<Report> {
+    pub fn finish_timed(&mut self, time: f64, ended: impl FnMut(Stage)) -> Result<Report> {
+        let mut report = Report::default();
+        self.finish_into(time, &mut report, ended)?;
+        Ok(report)
+    }
+
+    /// As [`finish_timed`](Self::finish_timed), with the report in the caller's memory: it is long for the stack of a
+    /// microcontroller. After an error it says nothing.
+    ///
+    /// # Errors
+    /// As [`finish`](Self::finish).
+    pub fn finish_into(
+        &mut self,
+        time: f64,
+        report: &mut Report,
+        mut ended: impl FnMut(Stage),
+    ) -> Result<()> {
         let (corners, truncations) = self.corners()?;
         ended(Stage::Corners);
         #[cfg(all(feature = "alloc", feature = "sift"))]
         if self.pictures.is_some() {
-            let report = self.finish_seeing(time, &corners, None, ended)?;
-            return Ok(Report { truncations, ..report });
+            self.finish_seeing(time, &corners, None, report, ended)?;
+            report.truncations = truncations;
+            return Ok(());
         }
         ended(Stage::Motion);
-        let report = self.observe(time, &corners)?;
+        self.observe_into(time, &corners, report)?;
+        report.truncations = truncations;
         ended(Stage::Filter);
-        Ok(Report { truncations, ..report })
+        Ok(())
     }
 
     /// What the lines' extractor found in the last picture, after [`finish`](Self::finish).
@@ -321,35 +339,42 @@ impl<S: Storage> Pipeline<S> {
     /// # Errors
     /// [`Error::TimeBackwards`](crate::Error::TimeBackwards).
     pub fn observe(&mut self, time: f64, corners: &[Corner]) -> Result<Report> {
-        let mut seen = self.sightings(corners);
+        let mut report = Report::default();
+        self.observe_into(time, corners, &mut report)?;
+        Ok(report)
+    }
+
+    /// As [`observe`](Self::observe), with the report in the caller's memory; after an error it says nothing.
+    ///
+    /// # Errors
+    /// As [`observe`](Self::observe).
+    pub fn observe_into(&mut self, time: f64, corners: &[Corner], report: &mut Report) -> Result<()> {
+        let mut seen = Sightings::default();
+        self.sight_all(corners, &mut seen, &mut report.corners);
         self.advance(time)?;
         let mut outcomes = [Outcome::default(); MAX_CORNERS];
         let looks_alike = |index: usize, landmark: &Landmark<f32>| seen.looks_alike(index, landmark);
         let map = self.map.observe(&seen.features, looks_alike, &mut outcomes)?;
-        for (corner, outcome) in seen.corners.iter_mut().zip(outcomes) {
-            corner.outcome = outcome;
+        for (corner, outcome) in report.corners.iter_mut().zip(&outcomes) {
+            corner.outcome = *outcome;
         }
-        Ok(self.report(time, seen, map))
+        self.report(time, &seen, map, report);
+        Ok(())
     }
 
-    /// What the picture brought.
-    fn report(&mut self, time: f64, seen: Sightings, map: MapReport) -> Report {
-        let Sightings { corners, without_range, .. } = seen;
+    /// What the picture brought, beside its corners.
+    fn report(&mut self, time: f64, seen: &Sightings, map: MapReport, report: &mut Report) {
+        report.frame = self.frame;
         self.frame += 1;
-        let moved_by = if self.intervals.moved() { MovedBy::Odometry } else { MovedBy::Nothing };
-        Report {
-            frame: self.frame - 1,
-            time,
-            pose: self.filter().pose(),
-            pose_covariance: self.filter().pose_covariance(),
-            corners,
-            without_range,
-            moved_by,
-            carried_by: Carrier::Map,
-            odometry: self.intervals.picture(time),
-            map,
-            truncations: Default::default(),
-        }
+        report.time = time;
+        report.pose = self.filter().pose();
+        report.pose_covariance = self.filter().pose_covariance();
+        report.without_range = seen.without_range;
+        report.moved_by = if self.intervals.moved() { MovedBy::Odometry } else { MovedBy::Nothing };
+        report.carried_by = Carrier::Map;
+        report.odometry = self.intervals.picture(time);
+        report.map = map;
+        report.truncations = Default::default();
     }
 
     /// Takes what another sensor measured at `time`: a laser's corners by range and bearing, a beacon's range.

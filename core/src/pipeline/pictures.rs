@@ -92,7 +92,7 @@ impl Pictures {
             self.reached = time;
             self.waiting = followed_by(self.waiting, step);
         } else {
-            filter.predict(time, step)?;
+            filter.predict_driven(time, step)?;
         }
         self.steps = followed_by(self.steps, step);
         Ok(())
@@ -151,7 +151,8 @@ impl<S: Storage> Pipeline<S> {
         ended(Stage::Rows);
         let (corners, truncations) = self.corners()?;
         ended(Stage::Corners);
-        let report = self.finish_seeing(time, &corners, Some(features.clone()), ended)?;
+        let mut report = Report::default();
+        self.finish_seeing(time, &corners, Some(features.clone()), &mut report, ended)?;
         Ok(Report { truncations, ..report })
     }
 
@@ -161,13 +162,15 @@ impl<S: Storage> Pipeline<S> {
         time: f64,
         corners: &[Corner],
         features: Option<Features>,
+        report: &mut Report,
         mut ended: impl FnMut(Stage),
-    ) -> Result<Report> {
+    ) -> Result<()> {
         let moved_by = self.move_by_picture(time, features)?;
         ended(Stage::Motion);
-        let report = self.observe_carried(time, corners)?;
+        self.observe_carried(time, corners, report)?;
         ended(Stage::Filter);
-        Ok(Report { moved_by, ..report })
+        report.moved_by = moved_by;
+        Ok(())
     }
 
     fn move_by_picture(&mut self, time: f64, features: Option<Features>) -> Result<MovedBy> {
@@ -178,7 +181,7 @@ impl<S: Storage> Pipeline<S> {
             Some(features) => features,
             None => pictures.detect(finder.camera().width(), finder.camera().height())?,
         };
-        let wheels = pictures.steps;
+        let wheels = pictures.steps.map(|read| self.map.filter().driven(&read).0);
         let step = pictures.visual.follow(&finder, time, wheels.as_ref(), seen)?;
         pictures.pixels.look(step.as_ref());
         let moved_by = pictures.moved_by(step.as_ref(), wheels.is_some());
@@ -186,13 +189,13 @@ impl<S: Storage> Pipeline<S> {
         let (waiting, filter) = (pictures.waiting.take(), self.map.filter_mut());
         match (moved_by, step, waiting) {
             (MovedBy::Pictures | MovedBy::Both | MovedBy::Held, Some(step), _) => {
-                filter.predict_seen(time, &step.increment, &step.by_mount)?;
-                // What the wheels measured otherwise is the mount's error.
+                filter.predict_seen(time, &step.increment, &step.by_mount, &step.by_wheels)?;
+                // What the wheels measured otherwise is the mount's error, or their own.
                 if let Some(by) = &step.disagreement {
-                    filter.update_mount(&by.arc, &by.covariance, &by.by_mount)?;
+                    filter.update_shared(&by.arc, &by.covariance, &by.by_mount, &by.by_wheels)?;
                 }
             }
-            (_, _, Some(waiting)) => filter.predict(time, &waiting)?,
+            (_, _, Some(waiting)) => filter.predict_driven(time, &waiting)?,
             _ => {}
         }
         Ok(moved_by)

@@ -13,6 +13,7 @@
 //!
 //! Which homography ([`Carrier`]): in a corridor the free one is mostly a wall's, and misses half of the corners; the
 //! floor's misses 0.5 % (`cargo run -p monorange-tests --example dynamic_corridor -- 5 100`).
+use super::sightings::Sightings;
 use super::{CornerReport, Pipeline, Report, Storage, VisualStep};
 use crate::Result;
 use crate::association::{
@@ -148,14 +149,22 @@ impl PixelAssociation {
 
 impl<S: Storage> Pipeline<S> {
     /// As [`observe`](Self::observe), with the help of pixels, which have looked at the picture's motion.
-    pub(super) fn observe_carried(&mut self, time: f64, corners: &[lines::Corner]) -> Result<Report> {
-        let mut seen = self.sightings(corners);
+    pub(super) fn observe_carried(
+        &mut self,
+        time: f64,
+        corners: &[lines::Corner],
+        report: &mut Report,
+    ) -> Result<()> {
+        let mut seen = Sightings::default();
+        self.sight_all(corners, &mut seen, &mut report.corners);
         self.advance(time)?;
         let camera = *self.finder().camera();
-        let Some(pictures) = self.pictures.as_deref_mut() else { return self.observe(time, corners) };
+        let Some(pictures) = self.pictures.as_deref_mut() else {
+            return self.observe_into(time, corners, report);
+        };
         let pixels = pictures.pixels();
         let mut verdicts = [Verdict::Unknown; MAX_CORNERS];
-        pixels.verdicts(&camera, &seen.corners, &mut verdicts);
+        pixels.verdicts(&camera, &report.corners, &mut verdicts);
         // The map sees those that are not refused, each with the name that pixels give it.
         let mut places = heapless::Vec::<usize, MAX_CORNERS>::new();
         let mut features = heapless::Vec::<Feature<f32>, MAX_CORNERS>::new();
@@ -175,20 +184,22 @@ impl<S: Storage> Pipeline<S> {
         };
         let mut outcomes = [Outcome::default(); MAX_CORNERS];
         let map = self.map.observe(&features, may_be, &mut outcomes)?;
-        for (corner, verdict) in seen.corners.iter_mut().zip(verdicts) {
+        for (corner, verdict) in report.corners.iter_mut().zip(verdicts) {
             if let Verdict::Refused(landmark, distance2) = verdict {
                 let (decision, landmark, nis) = (Decision::Gated, Some(landmark), Some(distance2));
                 corner.outcome = Outcome { decision, landmark, nis, dof: 2, ..Outcome::default() };
             }
         }
         for (place, outcome) in places.iter().zip(outcomes) {
-            if let Some(corner) = seen.corners.get_mut(*place) {
+            if let Some(corner) = report.corners.get_mut(*place) {
                 corner.outcome = outcome;
             }
         }
         let filter = self.map.filter();
-        pixels.learn(&camera, &seen.corners, |id| filter.landmark(id).is_some());
+        pixels.learn(&camera, &report.corners, |id| filter.landmark(id).is_some());
         let carried_by = pixels.used;
-        Ok(Report { carried_by, ..self.report(time, seen, map) })
+        self.report(time, &seen, map, report);
+        report.carried_by = carried_by;
+        Ok(())
     }
 }

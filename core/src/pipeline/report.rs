@@ -53,7 +53,7 @@ pub enum Stage {
 }
 
 /// What one picture brought.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Report {
     /// Pictures before this one.
     pub frame: u32,

@@ -6,18 +6,22 @@ use crate::slam::{Feature, Landmark, Measurement, Outcome};
 use nalgebra::Matrix2;
 
 impl<S: Storage> Pipeline<S> {
-    /// The corners that have a range worth the name, as the filter takes them.
-    pub(super) fn sightings(&self, corners: &[Corner]) -> Sightings {
+    /// Lists the corners that have a range worth the name in `seen`, which is empty, and what is told of them in `reports`.
+    pub(super) fn sight_all(
+        &self,
+        corners: &[Corner],
+        seen: &mut Sightings,
+        reports: &mut heapless::Vec<CornerReport, MAX_CORNERS>,
+    ) {
         let finder = self.finder();
-        let mut seen = Sightings::default();
+        reports.clear();
         for corner in corners {
             let used = self.sight(&finder, corner).and_then(|(report, feature)| {
-                seen.corners.push(report).ok()?;
+                reports.push(report).ok()?;
                 seen.features.push(feature).ok()
             });
             seen.without_range += u32::from(used.is_none());
         }
-        seen
     }
 
     /// A corner as the filter takes it, or `None` where it has no range worth the name.
@@ -47,10 +51,9 @@ impl<S: Storage> Pipeline<S> {
     }
 }
 
-/// A picture's corners as reported and as the map takes them, one to one.
+/// A picture's corners as the map takes them, one to one with the reports.
 #[derive(Default)]
 pub(super) struct Sightings {
-    pub(super) corners: heapless::Vec<CornerReport, MAX_CORNERS>,
     pub(super) features: heapless::Vec<Feature<f32>, MAX_CORNERS>,
     pub(super) without_range: u32,
 }

@@ -14,9 +14,9 @@ const FRAME_BYTES: usize = 4;
 impl<S: Storage> Pipeline<S> {
     /// The memory that it was lent.
     pub fn into_memory(self) -> Memory<S> {
-        let (words, masks, points) = self.extractor.into_memory();
+        let (words, masks, points, extraction) = self.extractor.into_memory();
         let (numbers, landmarks) = self.map.into_filter().into_storage();
-        Memory { words, masks, points, numbers, landmarks }
+        Memory { words, masks, points, extraction, numbers, landmarks }
     }
 
     /// Writes pose and map to `bytes` and returns how many it took. A picture that is under way is not in them.

@@ -1,6 +1,7 @@
 //! The memory that a pipeline works in: arrays on a microcontroller, `Vec`s on a host.
-use crate::lines::EdgePoint;
+use crate::lines::{EdgePoint, Extraction};
 use crate::slam::Landmark;
+use core::borrow::BorrowMut;
 
 /// Where a pipeline keeps what depends on the size of the picture and of the map.
 ///
@@ -12,6 +13,8 @@ pub trait Storage {
     type Masks: AsRef<[u32]> + AsMut<[u32]>;
     /// Edge points.
     type Points: AsRef<[EdgePoint]> + AsMut<[EdgePoint]>;
+    /// What a picture gave.
+    type Extraction: BorrowMut<Extraction>;
     /// State and covariance of the filter.
     type Numbers: AsRef<[f32]> + AsMut<[f32]>;
     /// Records of the landmarks.
@@ -26,6 +29,7 @@ impl Storage for Lent {
     type Words = &'static mut [u16];
     type Masks = &'static mut [u32];
     type Points = &'static mut [EdgePoint];
+    type Extraction = &'static mut Extraction;
     type Numbers = &'static mut [f32];
     type Landmarks = &'static mut [Landmark<f32>];
 }
@@ -38,6 +42,8 @@ pub struct Memory<S: Storage> {
     pub masks: S::Masks,
     /// [`lines::point_count`](crate::lines::point_count) of them, more for busy pictures.
     pub points: S::Points,
+    /// One, whatever is in it.
+    pub extraction: S::Extraction,
     /// [`slam::storage_len`](crate::slam::storage_len) of them.
     pub numbers: S::Numbers,
     /// As many as landmarks are wanted.
@@ -51,7 +57,7 @@ pub struct OnHeap;
 
 #[cfg(feature = "alloc")]
 mod on_heap {
-    use super::{EdgePoint, Landmark, Memory, OnHeap, Storage};
+    use super::{EdgePoint, Extraction, Landmark, Memory, OnHeap, Storage};
     use crate::lines::{mask_words, point_count, row_words};
     use crate::slam::{states_for, storage_len};
     use alloc::vec;
@@ -61,6 +67,7 @@ mod on_heap {
         type Words = Vec<u16>;
         type Masks = Vec<u32>;
         type Points = Vec<EdgePoint>;
+        type Extraction = Extraction;
         type Numbers = Vec<f32>;
         type Landmarks = Vec<Landmark<f32>>;
     }
@@ -72,6 +79,7 @@ mod on_heap {
                 words: vec![0; row_words(width, height)],
                 masks: vec![0; mask_words(width)],
                 points: vec![EdgePoint::default(); point_count(width, height)],
+                extraction: Extraction::default(),
                 numbers: vec![0.0; storage_len(states_for(landmarks, true))],
                 landmarks: vec![Landmark::default(); landmarks],
             }

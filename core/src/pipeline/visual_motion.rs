@@ -17,7 +17,7 @@ use crate::slam::Increment;
 use crate::{Error, Result};
 use alloc::vec;
 use alloc::vec::Vec;
-use nalgebra::{Matrix2, Matrix3x4, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix3, Matrix3x4, Vector2, Vector3};
 
 /// Settings of [`VisualMotion`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,6 +64,8 @@ pub struct VisualStep {
     pub increment: Increment<f32>,
     /// ∂increment/∂(height, tilt, roll, yaw) of the mount.
     pub by_mount: Matrix3x4<f32>,
+    /// ∂increment/∂(the wheels' errors), as in [`OdometryReport`](crate::homography::OdometryReport).
+    pub by_wheels: Matrix3<f32>,
     /// How the wheels differ from the pictures, where a keyframe ends that both have measured.
     pub disagreement: Option<Disagreement<f32>>,
     /// Whether the pictures gave it; else the last velocity was held.
@@ -208,6 +210,7 @@ impl VisualMotion {
         Ok(Some(VisualStep {
             increment: Increment { delta, covariance },
             by_mount: report.increment_by_mount,
+            by_wheels: report.increment_by_wheels,
             disagreement: report
                 .disagreement
                 .map(|one| Disagreement { covariance: one.covariance * factor, ..one }),

@@ -31,7 +31,7 @@
 //!
 //! *Where the constants come from.* The weights were fitted (Adam, log loss) on simulated drives with five walkers, seeds 101 and 102 of
 //! corridor and office, against the simulator's laser, and on two rendered drives against theirs. Quantiles and memory were chosen on the
-//! same drives. Other seeds judge: `cargo test -p monorange-tests --test scan`.
+//! same drives. Other seeds judge: `cargo test -p monorange-tests scan::`.
 //!
 //! *Cost.* About 300 KiB in fixed arrays for 96 beams of 128 samples, no heap.
 //!

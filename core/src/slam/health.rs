@@ -7,6 +7,7 @@
 //! | standard deviation of the heading, the largest since it was last known | a turn that nobody measured: no Jacobian holds |
 //! | standard deviation of the position beside the path | a pose that is honest and of no use |
 //! | covariances that failed | the map began anew |
+//! | errors of mount and wheels beside their priors | a rig that is not as it says |
 //! | refusals among landmarks that should be in view | measurements that are told to be of the wrong landmark |
 //!
 //! An innovation beyond its gate contributes the gate's value, not its own NIS: it may come from a neighbour that has no landmark, and
@@ -44,17 +45,23 @@ pub enum Reason {
     Uncertain,
     /// Where landmarks should be seen again, measurements are of none: some are told to be of a wrong one.
     Association,
+    /// The camera sits otherwise than the rig says, by more than its standard deviations allow: calibrate the mount.
+    Mount,
+    /// The wheels read travel or turns otherwise than their standard deviations allow: measure a metre with them.
+    Wheels,
 }
 
 impl Reason {
     /// Every reason, the worst first.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 8] = [
         Self::Indefinite,
         Self::Heading,
         Self::BeyondGate,
         Self::Innovations,
         Self::Uncertain,
         Self::Association,
+        Self::Mount,
+        Self::Wheels,
     ];
 
     /// The words for it in a report.
@@ -66,6 +73,8 @@ impl Reason {
             Self::Innovations => "innovations are larger than the noise that was set explains",
             Self::Uncertain => "the pose may be off by more than a twentieth of the path",
             Self::Association => "measurements on mapped ground are of none of its landmarks",
+            Self::Mount => "the camera sits otherwise than the rig and its standard deviations say",
+            Self::Wheels => "the wheels read otherwise than their standard deviations say",
         }
     }
 
@@ -73,7 +82,9 @@ impl Reason {
     pub const fn verdict(self) -> Verdict {
         match self {
             Self::Indefinite | Self::Heading | Self::BeyondGate => Verdict::Lost,
-            Self::Innovations | Self::Uncertain | Self::Association => Verdict::Doubtful,
+            Self::Innovations | Self::Uncertain | Self::Association | Self::Mount | Self::Wheels => {
+                Verdict::Doubtful
+            }
         }
     }
 }
@@ -109,6 +120,8 @@ const UNCERTAIN: f64 = 0.025;
 const UNCERTAIN_AT_REST: f64 = 0.1;
 /// Share of measurements on mapped ground that are nobody's.
 const STRANGERS: f64 = 0.3;
+/// Deviations of its prior by which no error of mount or wheels moves by chance.
+const BEYOND_PRIOR: f64 = 4.0;
 
 /// Running figures of the updates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -121,6 +134,8 @@ pub struct Health<T> {
     pub measurements: u32,
     /// The last measurement's ratio of the eigenvalues of S: 1e6 in `f32` leaves no digit.
     pub condition: T,
+    /// How often the camera seems to have been knocked.
+    pub knocks: u32,
     /// What the frames say, beside the measurements.
     pub frames: FrameHealth<T>,
     window: [T; WINDOW],
@@ -145,6 +160,8 @@ pub struct FrameEvidence<T> {
     pub refused: u32,
     /// Landmarks born.
     pub births: u32,
+    /// Squares of how many of their prior's deviations the errors of mount and wheels have moved, the largest of each.
+    pub moved: [T; 2],
 }
 
 /// Running figures of the frames.
@@ -203,6 +220,7 @@ impl<T: Real> Default for Health<T> {
             beyond_gate: 0,
             measurements: 0,
             condition: T::one(),
+            knocks: 0,
             frames: FrameHealth::default(),
             window: [T::one(); WINDOW],
         }
@@ -256,6 +274,9 @@ impl<T: Real> Health<T> {
         let uncertain = frames.last.is_some_and(|frame| frame.position_variance > most * most);
         let told = self.measurements as usize >= WINDOW;
         let strange = frames.strangers().is_some_and(|[refused, _]| refused > T::lit(STRANGERS));
+        let beyond = T::lit(BEYOND_PRIOR * BEYOND_PRIOR);
+        let [mount, wheels] =
+            frames.last.map_or([false; 2], |frame| frame.moved.map(|square| square > beyond));
         let reasons = [
             (frames.last.is_some_and(|frame| frame.resets > 0), Reason::Indefinite),
             (frames.heading_variance > lost, Reason::Heading),
@@ -263,6 +284,8 @@ impl<T: Real> Health<T> {
             (told && self.mean_nis() > T::lit(1.5), Reason::Innovations),
             (uncertain, Reason::Uncertain),
             (strange, Reason::Association),
+            (mount, Reason::Mount),
+            (wheels, Reason::Wheels),
         ];
         reasons.into_iter().find_map(|(holds, reason)| holds.then_some(reason))
     }
@@ -313,6 +336,7 @@ mod tests {
             updates: 2,
             refused: 0,
             births: 0,
+            moved: [0.0; 2],
         }
     }
 
@@ -350,6 +374,17 @@ mod tests {
                 let frame = frame(0.01, 0.01, f64::from(metre));
                 health.frames.note(&FrameEvidence { expected, refused: 2, ..frame });
             }
+            assert_eq!(health.reason(), reason);
+        }
+    }
+
+    #[test]
+    fn a_mount_or_wheels_far_from_what_was_said_of_them_are_doubtful() {
+        for (moved, reason) in
+            [([9.0, 9.0], None), ([17.0, 0.0], Some(Reason::Mount)), ([0.0, 17.0], Some(Reason::Wheels))]
+        {
+            let mut health = Health::default();
+            health.frames.note(&FrameEvidence { moved, ..frame(0.01, 0.01, 1.0) });
             assert_eq!(health.reason(), reason);
         }
     }

@@ -13,13 +13,13 @@
 //!
 //! Retract and reset are the only difference between the right-invariant filter and the textbook's. No measurement sees the whole
 //! map turn about the origin; with these two lines the covariance does not shrink in that direction. Without them the paper's
-//! filter becomes too sure of its heading on long loops (normalised error 33 instead of 1; with them 1.2; `cargo test -p monorange-tests --test slam_consistency`).
+//! filter becomes too sure of its heading on long loops (normalised error 33 instead of 1; with them 1.2; `cargo test -p monorange-tests slam_consistency::`).
 //!
 //! | symbol | in code | shape, unit |
 //! |---|---|---|
 //! | p, θ | [`Filter::pose`] | m, rad, world |
 //! | l_i | [`Filter::position`] | m, world |
-//! | P | [`Filter::covariance_at`] | n × n, n = 3 (+ 4 mount) + 2 N, packed |
+//! | P | [`Filter::covariance_at`] | n × n, n = 3 (+ 4 mount) (+ 3 wheels) + 2 N, packed |
 //! | d_u, Δθ, their covariance | [`Increment`] | m, rad, robot |
 //! | z, R | [`Measurement`] | see [`Linearised`] for others |
 //! | ν, S, νᵀS⁻¹ν | [`Outcome`] | |
@@ -37,7 +37,7 @@
 //! and up to four landmarks of a frame share it. Memory: [`storage_len`] numbers, 12,864 bytes in `f32` for 32 landmarks.
 //!
 //! *Limits.* First order: errors of the heading of tens of degrees within one update are beyond it. Past predictions
-//! are not linearised again, so that on a kilometres-long loop the map is off the batch optimum. Noise is white: what several measurements share must be a state (the mount) or be
+//! are not linearised again, so that on a kilometres-long loop the map is off the batch optimum. Noise is white: what several measurements share must be a state (the mount, the wheels) or be
 //! allowed for in their variance.
 mod consistency;
 mod covariance;
@@ -52,7 +52,8 @@ mod snapshot;
 
 pub use covariance::packed_len;
 pub use filter::{
-    Covariance, Decision, Filter, FilterConfig, Observation, Outcome, Variant, states_for, storage_len,
+    Covariance, Decision, Filter, FilterConfig, Observation, Outcome, Variant, WHEEL_STATES, states_for,
+    storage_len,
 };
 pub(crate) use filter::{FILTER, FILTER_REFERENCES};
 pub use health::{FrameEvidence, FrameHealth, Health, KNOWN_HEADING, Reason, Verdict};

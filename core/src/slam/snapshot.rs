@@ -5,7 +5,7 @@
 //!
 //! | bytes | |
 //! |---|---|
-//! | 4 | format, variant, how the covariance is kept, whether the mount is estimated |
+//! | 4 | format, variant, how the covariance is kept, whether the mount (1) and the wheels (2) are estimated |
 //! | 4 | landmarks, states n |
 //! | 8 + 12 | time, first-estimate pose |
 //! | 52 a landmark | its record |
@@ -163,7 +163,7 @@ where
         let packed = self.config.covariance == Covariance::Packed;
         let diagonal = |row: usize| triangle.number(row * size - row * row.saturating_sub(1) / 2);
         let variance = |row: usize| {
-            // Only the robot and its mount may be known exactly.
+            // Only the robot, its mount and its wheels may be known exactly.
             let least = if packed && row >= self.start() { f32::MIN_POSITIVE } else { 0.0 };
             diagonal(row).filter(|value| (least..=MOST_VARIABLE).contains(value))
         };
@@ -218,7 +218,7 @@ where
         }
     }
 
-    /// Format, variant, covariance, mount.
+    /// Format, variant, covariance, mount and wheels.
     fn kind(&self) -> [u8; 4] {
         let variant = match self.config.variant {
             Variant::Invariant => 0,
@@ -229,7 +229,9 @@ where
             Covariance::Packed => 0,
             Covariance::Factored => 1,
         };
-        [FORMAT, variant, covariance, u8::from(self.config.mount_std.is_some())]
+        let [mount, wheels] =
+            [self.config.mount_std.is_some(), self.config.wheels_std.is_some()].map(u8::from);
+        [FORMAT, variant, covariance, mount + 2 * wheels]
     }
 }
 

@@ -5,7 +5,7 @@ use super::{
 };
 use crate::{Error, Result, plausibility};
 use monorange_core::geometry::{Camera, Lens, MOUNT_STD_BY_HAND, Mount, RangeFinder};
-use monorange_core::pipeline::Config;
+use monorange_core::pipeline::{Config, MotionNoise};
 #[cfg(feature = "proposals")]
 use monorange_core::pipeline::{CornersFrom, MotionFrom};
 use nalgebra::Matrix2;
@@ -43,6 +43,8 @@ pub struct Rig {
     pub assumed_std: [bool; 6],
     /// Whether the rig file leaves open what finds corners: a host may then take the best it has.
     pub assumed_corners: bool,
+    /// Whether the rig file says nothing of what the wheels read wrongly all the time.
+    pub assumed_wheels: bool,
     /// Settings of the pipeline.
     pub settings: Config,
 }
@@ -77,17 +79,36 @@ impl Rig {
         for std in pixel_std {
             settings.corner_std_floor_px = settings.corner_std_floor_px.max(std as f32);
         }
-        Ok(Self { finder, pixel_std, mount_std, assumed_std: [false; 6], assumed_corners: true, settings })
+        Ok(Self {
+            finder,
+            pixel_std,
+            mount_std,
+            assumed_std: [false; 6],
+            assumed_corners: true,
+            assumed_wheels: true,
+            settings,
+        })
     }
 
-    /// What a host does with a drive: corners from the best that it has, unless the rig file names what every target has; motion from
-    /// the pictures where there are no `wheels`.
+    /// What a host does with a drive: corners from the best that it has, and the wheels' errors estimated, unless the rig file says
+    /// otherwise; motion from the pictures where there are no `wheels`.
     #[cfg(feature = "proposals")]
     pub fn on_a_host(&self, wheels: bool) -> Config {
         let motion_from = if wheels { self.settings.motion_from } else { MotionFrom::Pictures };
         let corners_from =
             if self.assumed_corners { CornersFrom::Proposals } else { self.settings.corners_from };
-        Config { motion_from, corners_from, ..self.settings }
+        // Without wheels nothing tells of their errors.
+        let motion = if wheels { self.motion_on_a_host() } else { self.settings.motion.without_scales() };
+        Config { motion_from, motion, corners_from, ..self.settings }
+    }
+
+    /// What a co-processor is told: [`on_a_host`](Self::on_a_host) but for the corners, which it finds as it can.
+    pub fn on_a_device(&self) -> Config {
+        Config { motion: self.motion_on_a_host(), ..self.settings }
+    }
+
+    fn motion_on_a_host(&self) -> MotionNoise {
+        if self.assumed_wheels { self.settings.motion.with_scales() } else { self.settings.motion }
     }
 
     /// The rig in a TOML file; a camera file that it names is looked for beside it.
@@ -130,7 +151,15 @@ impl Rig {
         plausibility::check_mount(path, &rig.finder, &rig.mount_std);
         let assumed_std = given_std.map(|given| given.is_none());
         let assumed_corners = !root.has_in("extract", "corners");
-        Ok(Self { settings: settings::read(&root, rig.settings)?, assumed_std, assumed_corners, ..rig })
+        let of_wheels = ["speed_scale", "turn_scale", "turn_bias"];
+        let assumed_wheels = !of_wheels.iter().any(|key| root.has_in("filter", key));
+        Ok(Self {
+            settings: settings::read(&root, rig.settings)?,
+            assumed_std,
+            assumed_corners,
+            assumed_wheels,
+            ..rig
+        })
     }
 
     /// Writes camera and mount as a rig file.
@@ -374,4 +403,24 @@ fn mount(root: &Section<'_>) -> Result<(Mount<f64>, [Option<f64>; 6])> {
     }
     let mount = Mount::new(parameters).map_err(|error| section.error("height", error.to_string()))?;
     Ok((mount, deviations))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RIG: &str = "[camera]\nwidth = 320\nheight = 240\nfocal = [365.0, 365.0]\nprincipal = [160.0, 120.0]\n\n\
+                       [mount]\nheight = 0.4\ntilt_deg = 12.0\n\n[filter]\n";
+
+    #[test]
+    fn a_host_estimates_the_wheels_errors_unless_the_rig_says_otherwise() {
+        let told = |lines: &str| {
+            let rig = Rig::parse(Path::new("rig.toml"), &format!("{RIG}{lines}")).unwrap();
+            let MotionNoise { speed_scale, turn_scale, turn_bias, .. } = rig.on_a_device().motion;
+            (rig.settings.motion.speed_scale, [speed_scale, turn_scale, turn_bias])
+        };
+        assert_eq!(told("speed_by_speed = 0.02"), (0.0, [0.03, 0.01, 0.001]));
+        assert_eq!(told("speed_scale = 0.0"), (0.0, [0.0; 3]));
+        assert_eq!(told("turn_bias = 0.01"), (0.0, [0.0, 0.0, 0.01]));
+    }
 }

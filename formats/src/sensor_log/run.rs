@@ -4,7 +4,8 @@ use crate::{Error, Result};
 use monorange_core::geometry::Pose;
 use monorange_core::slam::{
     Decision, Feature, Filter, FilterConfig, Health, Increment, Landmark, Map, MapConfig, Measurement,
-    Observation, Outcome, Reason, RingStart, Status, Verdict, arc_rotation, states_for, storage_len,
+    Observation, Outcome, Reason, RingStart, Status, Verdict, WHEEL_STATES, arc_rotation, states_for,
+    storage_len,
 };
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 use std::collections::BTreeMap;
@@ -43,6 +44,9 @@ pub struct Settings {
     pub turn_std: f64,
     /// What a metre driven adds, as fractions: of the way to the way (m/√m), and of turns to turns (rad/√rad).
     pub growth: [f64; 2],
+    /// What the odometry reads wrongly all the time and the filter estimates: shares of the way and of the turn, and the turn that
+    /// comes with each metre (rad/m); where all are 0 it is taken to be right on average.
+    pub scale_std: [f64; 3],
     /// Where the robot starts.
     pub start: Pose<f64>,
     /// Landmarks there is room for.
@@ -62,6 +66,7 @@ impl Default for Settings {
             slip_std: 0.01,
             turn_std: 0.05,
             growth: [0.0; 2],
+            scale_std: [0.0; 3],
             start: Pose::default(),
             landmarks: 1000,
         }
@@ -108,11 +113,16 @@ type HostMap = Map<f64, Vec<f64>, Vec<Landmark<f64>>>;
 /// When a setting is out of its range, or names are asked for and missing.
 pub fn run(log: &SensorLog, settings: &Settings) -> Result<LogResult> {
     let core = |error: monorange_core::Error| Error::new(error);
-    let states = states_for(settings.landmarks, settings.filter.mount_std.is_some());
+    // One that is known exactly is a state that hardly moves: the filter wants variances above 0.
+    let wheels_std =
+        settings.scale_std.iter().any(|std| *std > 0.0).then(|| settings.scale_std.map(|std| std.max(1e-6)));
+    let config = FilterConfig { wheels_std, ..settings.filter };
+    let states = states_for(settings.landmarks, config.mount_std.is_some())
+        + config.wheels_std.map_or(0, |_| WHEEL_STATES);
     let storage = vec![0.0; storage_len(states)];
     let records = vec![Landmark::default(); settings.landmarks];
     let covariance = Matrix3::identity() * 1e-10;
-    let filter = Filter::new(storage, records, settings.start, covariance, settings.filter).map_err(core)?;
+    let filter = Filter::new(storage, records, settings.start, covariance, config).map_err(core)?;
     let map = Map::new(filter, settings.map).map_err(core)?;
     let [begin, end] = log.odometry.range();
     let mut run =
@@ -185,9 +195,10 @@ impl Run<'_> {
         let increment = Increment { delta: Vector3::new(d.x, d.y, turn), covariance };
         self.time += dt;
         let filter = self.map.filter_mut();
-        filter.predict(filter.time() + dt, &increment).map_err(Error::new)?;
+        let (corrected, _) = filter.driven(&increment);
+        filter.predict_driven(filter.time() + dt, &increment).map_err(Error::new)?;
         for ring in self.rings.values_mut() {
-            ring.predict(&increment);
+            ring.predict(&corrected);
         }
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! A drive through the simulated corridor: on a device, and by the pipeline on this machine.
 #![allow(dead_code, reason = "each test file uses its part")]
 use monorange_core::{
+    geometry::{Camera, RangeFinder},
     image::Grey,
     pipeline::{Config, Memory, Odometry, OnHeap, Pipeline, Report},
 };
@@ -9,16 +10,30 @@ use monorange_protocol::{
     conversion::*,
     frame::MAX_ENCODED,
     message::{
-        Answers, DeviceMessage, FrameBegin, HostMessage, Landmark, MAX_LANDMARKS, MAX_OBSERVATIONS, Map,
-        Observation, Observations, Pose,
+        Answers, DeviceMessage, FrameBegin, FrameEnd, HostMessage, Landmark, MAX_LANDMARKS, MAX_OBSERVATIONS,
+        Map, Observation, Observations, Pose, Rows,
     },
 };
 use monorange_sim::{Scene, SceneConfig, SimConfig, Simulation, default_rig};
 use std::io::{self, Read, Write};
 
 pub(crate) fn corridor(frames: usize) -> Simulation {
+    drive(frames, default_rig().unwrap())
+}
+
+/// As [`corridor`], with a camera of half as many pixels a row.
+pub(crate) fn small_corridor(frames: usize) -> Simulation {
+    let rig = default_rig().unwrap();
+    let (focal, principal) = (rig.camera().focal(), rig.camera().principal());
+    let [u, v] = [principal.x, principal.y].map(|at| 0.5 * at - 0.25);
+    let focal = [0.5 * focal.x, 0.5 * focal.y];
+    let camera = Camera::with_lens(160, 120, focal, [u, v], 0.0, *rig.camera().lens()).unwrap();
+    drive(frames, RangeFinder::new(camera, *rig.mount()))
+}
+
+fn drive(frames: usize, rig: RangeFinder<f64>) -> Simulation {
     let config = SimConfig { frames, ..SimConfig::default() };
-    Simulation::new(Scene::corridor(&SceneConfig::default()), default_rig().unwrap(), config).unwrap()
+    Simulation::new(Scene::corridor(&SceneConfig::default()), rig, config).unwrap()
 }
 
 pub(crate) fn config_for(simulation: &Simulation) -> Config {
@@ -29,18 +44,21 @@ pub(crate) fn config_for(simulation: &Simulation) -> Config {
 pub(crate) struct Step {
     time_us: u64,
     odometry: Option<Odometry>,
+    /// Pixels in a row, and rows.
+    size: [usize; 2],
     pixels: Vec<u8>,
 }
 
 pub(crate) fn step(simulation: &Simulation, frame: usize) -> Step {
-    let mut pixels = vec![0; 320 * 240];
+    let size = [simulation.rig().camera().width(), simulation.rig().camera().height()];
+    let mut pixels = vec![0; size[0] * size[1]];
     simulation.render(frame, &mut pixels).unwrap();
     let odometry = frame.checked_sub(1).map(|before| {
         let (twist, seconds) =
             (simulation.odometry(before), simulation.time(frame) - simulation.time(before));
         Odometry::Velocity { v: twist.speed as f32, omega: twist.turn as f32, seconds: seconds as f32 }
     });
-    Step { time_us: us_from_seconds(simulation.time(frame)), odometry, pixels }
+    Step { time_us: us_from_seconds(simulation.time(frame)), odometry, size, pixels }
 }
 
 /// The pipeline on this machine, with a map as large as the device's.
@@ -53,7 +71,7 @@ pub(crate) fn host_step(pipeline: &mut Pipeline<OnHeap>, step: &Step) -> Report 
     if let Some(odometry) = &step.odometry {
         pipeline.odometry(time, odometry).unwrap();
     }
-    pipeline.step(time, Grey::new(&step.pixels, 320, 240).unwrap()).unwrap()
+    pipeline.step(time, Grey::new(&step.pixels, step.size[0], step.size[1]).unwrap()).unwrap()
 }
 
 /// The bytes of the host's pose, observations and map as the device would send them.
@@ -112,8 +130,45 @@ pub(crate) fn device_step(
 ) -> io::Result<Answer> {
     let motion: Vec<_> =
         step.odometry.iter().map(|odometry| message_from_odometry(odometry, step.time_us)).collect();
-    let begin = FrameBegin { frame, time_us: step.time_us, left: 0, top: 0, width: 320, height: 240 };
+    let begin = begin(frame, step);
     client.frame(&motion, &begin, &step.pixels)
+}
+
+fn begin(frame: u32, step: &Step) -> FrameBegin {
+    let [width, height] = step.size.map(|size| size as u16);
+    FrameBegin { frame, time_us: step.time_us, left: 0, top: 0, width, height }
+}
+
+/// As [`device_step`], for a device so slow that [`Client::frame`] would take its answer for lost and ask for it again; statistics
+/// are to come with every frame.
+pub(crate) fn patient_step(
+    client: &mut Client<impl Read + Write>,
+    frame: u32,
+    step: &Step,
+) -> io::Result<Answer> {
+    let begin = begin(frame, step);
+    let at_once = 1014 / step.size[0];
+    let mut answer = Answer::default();
+    let rows = step.pixels.chunks(at_once * step.size[0]).zip(0..).map(|(pixels, number)| Rows {
+        frame,
+        row: number * at_once as u16,
+        pixels,
+    });
+    let odometry = step.odometry.iter().map(|odometry| message_from_odometry(odometry, step.time_us));
+    let messages = odometry
+        .map(HostMessage::Odometry)
+        .chain([HostMessage::FrameBegin(begin)])
+        .chain(rows.map(HostMessage::Rows))
+        .chain([HostMessage::FrameEnd(FrameEnd { frame })]);
+    for message in messages {
+        client.send(&message, &mut |message| answer.absorb(message))?;
+    }
+    // The statistics come last.
+    client.wait_for(&mut |message| {
+        answer.absorb(message);
+        matches!(message, DeviceMessage::Statistics(_))
+    })?;
+    Ok(answer)
 }
 
 /// Configures the device; returns its reset count.

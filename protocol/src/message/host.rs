@@ -207,6 +207,18 @@ pub enum Ask {
     Statistics,
 }
 
+/// How the device answers from now on, until the host says [`Hello`] or the device restarts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Text {
+    /// In frames.
+    #[default]
+    Frames,
+    /// In lines of text, and in nothing else.
+    Lines,
+    /// In frames, with the lines between them; a hello does not end this.
+    Both,
+}
+
 /// Pixels and boxes in one message, at most.
 pub const MAX_SPOTS: usize = 32;
 

@@ -3,7 +3,7 @@ pub mod batch;
 pub mod ring_drive;
 
 use monorange_core::geometry::Pose;
-use monorange_core::slam::{Filter, FilterConfig, Landmark, states_for, storage_len};
+use monorange_core::slam::{Filter, FilterConfig, Landmark, WHEEL_STATES, states_for, storage_len};
 use nalgebra::Matrix3;
 
 /// A filter on the host.
@@ -19,7 +19,8 @@ pub fn host_filter<T: monorange_core::Real>(
     covariance: Matrix3<T>,
     config: FilterConfig<T>,
 ) -> HostFilter<T> {
-    let states = states_for(landmarks, config.mount_std.is_some());
+    let states =
+        states_for(landmarks, config.mount_std.is_some()) + config.wheels_std.map_or(0, |_| WHEEL_STATES);
     let storage = vec![T::zero(); storage_len(states)];
     Filter::new(storage, vec![Landmark::default(); landmarks], pose, covariance, config)
         .expect("a sound configuration")

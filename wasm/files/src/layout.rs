@@ -362,7 +362,7 @@ fn rig_entries(rig: &Rig) -> Answer<Value> {
     let mut buffer = [0; 1024];
     // The message's own camera is not looked at, and has no room for every lens.
     let plain = Camera::new(2, 2, [1.0; 2], [0.5; 2], 0.0, Default::default()).map_err(sentence)?;
-    let plain = Config { finder: RangeFinder::new(plain, *settings.finder.mount()), ..*settings };
+    let plain = Config { finder: RangeFinder::new(plain, *settings.finder.mount()), ..rig.on_a_device() };
     let message = message_from_config(&plain, NO_ANSWERS);
     let message: &[u8] = postcard::to_slice(&message, &mut buffer).map_err(sentence)?;
     let camera = finder.camera();

@@ -79,7 +79,7 @@ impl<'a> Session<'a> {
             );
             return Err(Failure::Refused(Error::new(cause).help("feed smaller pictures")));
         }
-        let configure = conversion::message_from_config(&self.rig.settings, ANSWERS);
+        let configure = conversion::message_from_config(&self.rig.on_a_device(), ANSWERS);
         client.send(&HostMessage::Configure(configure), &mut |_| ())?;
         let (mut refused, mut reset_count) = (None, 0);
         client.wait_for(&mut |message| {

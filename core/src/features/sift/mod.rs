@@ -278,8 +278,8 @@ impl<'a> CandidateList<'a> {
         if half == 0 {
             return;
         }
-        let (_, median, _) = self.memory.select_nth_unstable_by(half, stronger);
-        self.floor = median.response;
+        sort(self.memory, &stronger);
+        self.floor = self.memory.get(half).map_or(self.floor, |median| median.response);
         self.dropped += self.count - half;
         self.count = half;
     }
@@ -288,7 +288,7 @@ impl<'a> CandidateList<'a> {
     fn distinct(self) -> &'a mut [Candidate] {
         let count = self.count;
         let (candidates, _) = self.memory.split_at_mut(count);
-        candidates.sort_unstable_by(by_place);
+        sort(candidates, &by_place);
         let mut kept = 0;
         for index in 0..candidates.len() {
             let Some(&candidate) = candidates.get(index) else { break };
@@ -300,6 +300,11 @@ impl<'a> CandidateList<'a> {
         }
         candidates.split_at_mut(kept).0
     }
+}
+
+/// One sort for every order: the standard library's is 5 kB of program for each, and so is its selection of a median.
+fn sort(candidates: &mut [Candidate], order: &dyn Fn(&Candidate, &Candidate) -> Ordering) {
+    candidates.sort_unstable_by(order);
 }
 
 fn by_place(a: &Candidate, b: &Candidate) -> Ordering {
@@ -321,7 +326,7 @@ fn thin(candidates: &mut [Candidate], layout: &Layout, width: usize, grid: GridC
         let index = |value: f32| (value * pixels) as usize / grid.cell_px;
         index(candidate.y) * columns + index(candidate.x)
     };
-    candidates.sort_unstable_by(|a, b| cell(a).cmp(&cell(b)).then(stronger(a, b)));
+    sort(candidates, &|a, b| cell(a).cmp(&cell(b)).then(stronger(a, b)));
     let (mut kept, mut current, mut in_cell) = (0, usize::MAX, 0);
     for index in 0..candidates.len() {
         let Some(&candidate) = candidates.get(index) else { break };
@@ -334,7 +339,7 @@ fn thin(candidates: &mut [Candidate], layout: &Layout, width: usize, grid: GridC
         }
     }
     if let Some(front) = candidates.get_mut(..kept) {
-        front.sort_unstable_by(by_place);
+        sort(front, &by_place);
     }
     kept
 }

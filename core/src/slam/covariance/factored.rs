@@ -68,22 +68,37 @@ pub(in crate::slam) fn predict<T: Real>(u: &mut Triangle<'_, T>, shift: [T; 2], 
     u.size = size;
 }
 
-/// P ← F P Fᵀ on the factors, as [`packed::predict_mount`](crate::slam::covariance::packed::predict_mount): rows F U.
-pub(in crate::slam) fn predict_mount<T: Real>(
+/// P ← F P Fᵀ on the factors, as [`packed::predict_shared`](crate::slam::covariance::packed::predict_shared): rows F U.
+#[inline(never)]
+pub(in crate::slam) fn predict_shared<T: Real>(
     u: &mut Triangle<'_, T>,
-    mount: usize,
-    by_mount: &Matrix3x4<T>,
+    shared: usize,
+    by_shared: &Matrix3x4<T>,
 ) {
     for i in 0..3 {
-        for column in mount..u.size {
+        for column in shared..u.size {
             let mut gained = T::zero();
-            for j in 0..4.min(column - mount + 1) {
-                let unit = if mount + j == column { T::one() } else { u.at(mount + j, column) };
-                gained += by_mount[(i, j)] * unit;
+            for j in 0..4.min(column - shared + 1) {
+                let unit = if shared + j == column { T::one() } else { u.at(shared + j, column) };
+                gained += by_shared[(i, j)] * unit;
             }
             u.set(i, column, u.at(i, column) + gained);
         }
     }
+}
+
+/// P_ii ← P_ii + variance. `work` is spoilt.
+pub(in crate::slam) fn add_variance<T: Real>(
+    u: &mut Triangle<'_, T>,
+    at: usize,
+    variance: T,
+    work: &mut [T],
+) {
+    let (x, v) = work.split_at_mut(at + 1);
+    x.fill(T::zero());
+    x[at] = T::one();
+    // Rows below do not depend on it, and keep their share of those above.
+    add(u, at + 1, x, &mut v[..=at], variance);
 }
 
 /// f = Uᵀ hᵀ of one row of H.
@@ -215,10 +230,15 @@ fn add<T: Real>(u: &mut Triangle<'_, T>, size: usize, x: &mut [T], v: &mut [T], 
     }
 }
 
-/// The invariant filter's reset, P ← A P Aᵀ with A = I + a e_θᵀ. `lever` is a; all vectors are spoilt.
-pub(in crate::slam) fn reset<T: Real>(u: &mut Triangle<'_, T>, lever: &mut [T], f: &mut [T], v: &mut [T]) {
-    let heading = core::iter::once((2, T::one()));
-    project(u.view(), heading, f);
+/// The invariant filter's reset, P ← A P Aᵀ with A = I + a eᵀ, e the state `of`. `lever` is a; all vectors are spoilt.
+pub(in crate::slam) fn reset<T: Real>(
+    u: &mut Triangle<'_, T>,
+    of: usize,
+    lever: &mut [T],
+    f: &mut [T],
+    v: &mut [T],
+) {
+    project(u.view(), core::iter::once((of, T::one())), f);
     let variance = scalar(u, f, v, T::zero());
     if variance > T::zero() {
         for (a, column) in lever.iter_mut().zip(&*v) {

@@ -40,23 +40,24 @@ fn shift_rows<T: Real>(([along_x, along_y, along_heading], shift): ([&mut [T]; 3
     }
 }
 
-/// P ← F P Fᵀ, F = I + G in the robot's rows and the columns of the mount, which begin at `mount`.
-pub(in crate::slam) fn predict_mount<T: Real>(
+/// P ← F P Fᵀ, F = I + G in the robot's rows and four columns, which begin at `shared`: the mount's, or the wheels' and the one before.
+#[inline(never)]
+pub(in crate::slam) fn predict_shared<T: Real>(
     p: &mut Triangle<'_, T>,
-    mount: usize,
-    by_mount: &Matrix3x4<T>,
+    shared: usize,
+    by_shared: &Matrix3x4<T>,
 ) {
     let at = |p: &Triangle<'_, T>, i: usize, j: usize| p.at(i.min(j), i.max(j));
-    let shared = Matrix3x4::from_fn(|i, j| p.at(i, mount + j));
-    let own = Matrix4::from_fn(|i, j| at(p, mount + i, mount + j));
-    let crossed = by_mount * shared.transpose();
-    let gained = crossed + crossed.transpose() + by_mount * own * by_mount.transpose();
+    let robots = Matrix3x4::from_fn(|i, j| at(p, i, shared + j));
+    let own = Matrix4::from_fn(|i, j| at(p, shared + i, shared + j));
+    let crossed = by_shared * robots.transpose();
+    let gained = crossed + crossed.transpose() + by_shared * own * by_shared.transpose();
     for i in 0..3 {
         for j in i..3 {
             p.set(i, j, p.at(i, j) + gained[(i, j)]);
         }
-        for column in mount..p.size {
-            let gained = (0..4).fold(T::zero(), |sum, j| sum + by_mount[(i, j)] * at(p, mount + j, column));
+        for column in 3..p.size {
+            let gained = (0..4).fold(T::zero(), |sum, j| sum + by_shared[(i, j)] * at(p, shared + j, column));
             p.set(i, column, p.at(i, column) + gained);
         }
     }
@@ -125,7 +126,7 @@ pub(in crate::slam) fn cross<T: Real>(h: &[Row<T>], times_row: impl Fn(usize) ->
 /// stays: in `f32` the difference drowns after 100,000 updates, and P is indefinite before 200,000 where landmarks are seen
 /// to a millimetre. The errors grow with the matrix: over 50,000 frames that see every landmark, half an ε a sighting kept P
 /// positive with 20 landmarks, and with 60 it took two. It is a process noise, of 8e-8 m² a sighting for a landmark known to
-/// 1 m in a map of 20; of `f64` nothing is seen. `cargo test -p monorange-tests --release --test slam_limits` is the check.
+/// 1 m in a map of 20; of `f64` nothing is seen. `cargo test -p monorange-tests --release slam_limits::` is the check.
 pub(in crate::slam) fn cover_rounding<T: Real>(p: &mut Triangle<'_, T>, offset: usize, count: usize) {
     let share = T::default_epsilon() * T::lit(p.size as f64 / 64.0);
     for at in offset..offset + count {

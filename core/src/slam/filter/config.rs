@@ -46,6 +46,9 @@ pub struct FilterConfig<T> {
     pub finder: Option<RangeFinder<T>>,
     /// Standard deviations of the mount's height (m), tilt, roll and yaw (rad): their errors become states.
     pub mount_std: Option<[T; 4]>,
+    /// Standard deviations of what the wheels read wrongly all the time: shares of their travel and of their turn, and the turn
+    /// that comes with each metre (rad/m). These errors become states.
+    pub wheels_std: Option<[T; 3]>,
     /// (range, standard deviation) in metres of a landmark seen by its bearing alone.
     pub range_prior: (T, T),
     /// Whether the invariant filter takes range and bearing as a position in the robot's frame, where its errors are
@@ -64,6 +67,7 @@ impl<T: Real> Default for FilterConfig<T> {
             gate_nis: crate::association::CHI2_99.map(T::lit),
             finder: None,
             mount_std: None,
+            wheels_std: None,
             range_prior: (T::lit(4.0), T::lit(4.0)),
             polar_as_point: true,
             linearity: T::lit(0.1),
@@ -85,18 +89,35 @@ impl<T: Real> FilterConfig<T> {
             gate_nis: self.gate_nis.map(single),
             finder: None,
             mount_std: None,
+            wheels_std: None,
             range_prior: (single(self.range_prior.0), single(self.range_prior.1)),
             polar_as_point: self.polar_as_point,
             linearity: single(self.linearity),
         };
         setting::check(&FILTER, &mut rounded)?;
-        match self.mount_std.into_iter().flatten().find(|std| !(std.is_finite() && *std > T::zero())) {
-            Some(std) => {
-                let (value, expected) = (std.to_f64(), "finite and above 0");
-                Err(Error::OutOfRange { name: "filter.mount_std", value, expected })
+        let (mount, wheels) = (self.mount_std.into_iter().flatten(), self.wheels_std.into_iter().flatten());
+        let named =
+            mount.map(|std| ("filter.mount_std", std)).chain(wheels.map(|std| ("filter.wheels_std", std)));
+        for (name, std) in named {
+            if !(std.is_finite() && std > T::zero()) {
+                return Err(Error::OutOfRange { name, value: std.to_f64(), expected: "finite and above 0" });
             }
-            None => Ok(self),
         }
+        Ok(self)
+    }
+
+    /// How many states stand between the robot's and the landmarks'.
+    pub(in crate::slam) fn shared(&self) -> usize {
+        self.mount_std.map_or(0, |stds| stds.len()) + self.wheels_std.map_or(0, |stds| stds.len())
+    }
+
+    /// Standard deviations of the states between the robot's and the landmarks', in their order.
+    pub(in crate::slam) fn shared_std(&self) -> heapless::Vec<T, 7> {
+        let mut stds = heapless::Vec::new();
+        // There is room for both.
+        let _ = stds.extend_from_slice(self.mount_std.as_ref().map_or(&[][..], |stds| stds));
+        let _ = stds.extend_from_slice(self.wheels_std.as_ref().map_or(&[][..], |stds| stds));
+        stds
     }
 }
 

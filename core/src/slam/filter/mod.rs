@@ -1,10 +1,13 @@
 //! The filter's state in its storage; predict, update, births and what can be read are files of their own.
 pub(in crate::slam) mod birth;
 mod config;
+mod knock;
 mod outcome;
 mod predict;
 mod read;
+mod scale;
 pub(in crate::slam) mod update;
+mod wheels;
 
 pub use config::{Covariance, FilterConfig, Variant};
 pub(crate) use config::{FILTER, FILTER_REFERENCES};
@@ -32,8 +35,11 @@ const VECTORS: usize = 3 + WORK;
 pub(in crate::slam) const ROBOT: usize = 3;
 /// The mount's.
 const MOUNT: usize = 4;
+/// The wheels'.
+pub const WHEEL_STATES: usize = 3;
 
-/// States of a robot and `landmarks` points; an inverse-distance landmark counts twice.
+/// States of a robot and `landmarks` points; an inverse-distance landmark counts twice. The wheels' errors, where they are estimated,
+/// take [`WHEEL_STATES`] of them, or as much more room.
 pub const fn states_for(landmarks: usize, with_mount: bool) -> usize {
     ROBOT + if with_mount { MOUNT } else { 0 } + 2 * landmarks
 }
@@ -100,7 +106,8 @@ impl<T: Real> Filter<T, alloc::vec::Vec<T>, alloc::vec::Vec<Landmark<T>>> {
         covariance: Matrix3<T>,
         config: FilterConfig<T>,
     ) -> Result<Self> {
-        let states = states_for(landmarks, config.mount_std.is_some());
+        let states =
+            states_for(landmarks, config.mount_std.is_some()) + config.wheels_std.map_or(0, |_| WHEEL_STATES);
         let numbers = alloc::vec![T::zero(); storage_len(states)];
         Self::new(numbers, alloc::vec![Landmark::default(); landmarks], pose, covariance, config)
     }
@@ -134,7 +141,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         config: FilterConfig<T>,
     ) -> Result<Self> {
         let length = storage.as_ref().len();
-        let start = if config.mount_std.is_some() { ROBOT + MOUNT } else { ROBOT };
+        let start = ROBOT + config.shared();
         let mut capacity = 0;
         while storage_len(capacity + 1) <= length {
             capacity += 1;
@@ -170,7 +177,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                 p.set(row, column, *entry);
             }
         }
-        for (at, std) in config.mount_std.into_iter().flatten().enumerate() {
+        for (at, std) in config.shared_std().into_iter().enumerate() {
             p.set(ROBOT + at, ROBOT + at, std * std);
         }
         if config.covariance == Covariance::Factored {
@@ -186,7 +193,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
 
     /// States before the landmarks'.
     pub(in crate::slam) fn start(&self) -> usize {
-        if self.config.mount_std.is_some() { ROBOT + MOUNT } else { ROBOT }
+        ROBOT + self.config.shared()
     }
 
     /// The settings.

@@ -1,10 +1,10 @@
-//! The prediction: (8), (12), and its share of the mount's errors where the camera measured the step.
+//! The prediction: (8), (12), and its share of the mount's and the wheels' errors where the camera measured the step.
 use super::{Covariance, Filter, ROBOT, Variant};
 use crate::slam::covariance::{factored, packed};
 use crate::slam::landmark::Landmark;
 use crate::slam::models::Increment;
 use crate::{Error, Real, Result};
-use nalgebra::{Matrix3x4, Vector2};
+use nalgebra::{Matrix3, Matrix3x4, Vector2};
 
 impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landmark<T>]>> Filter<T, S, L> {
     /// Predicts the robot's motion up to `time` seconds: (8), (12). O(n).
@@ -39,8 +39,9 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         Ok(())
     }
 
-    /// As [`predict`](Self::predict), of a step that the camera measured: `by_mount` is its derivative with respect to the
-    /// mount's height, tilt, roll and yaw. Where their errors are states, the robot's rows get their share of them;
+    /// As [`predict`](Self::predict), of a step that the camera measured, alone or beside the wheels: `by_mount` is its derivative
+    /// with respect to the mount's height, tilt, roll and yaw, `by_wheels` that with respect to the wheels' errors
+    /// ([`driven`](Self::driven)). Where these errors are states, the robot's rows get their share of them;
     /// elsewhere this is [`predict`](Self::predict).
     ///
     /// # Errors
@@ -50,8 +51,10 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         time: f64,
         increment: &Increment<T>,
         by_mount: &Matrix3x4<T>,
+        by_wheels: &Matrix3<T>,
     ) -> Result<()> {
-        if !by_mount.iter().all(|value| value.is_finite()) {
+        let finite = |part: &[T]| part.iter().all(|value| value.is_finite());
+        if !(finite(by_mount.as_slice()) && finite(by_wheels.as_slice())) {
             let expected = "finite";
             return Err(Error::OutOfRange { name: "by_mount", value: f64::NAN, expected });
         }
@@ -61,10 +64,11 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             let (form, by_mount) = (self.config.covariance, turn * by_mount);
             let mut p = self.parts().p;
             match form {
-                Covariance::Packed => packed::predict_mount(&mut p, ROBOT, &by_mount),
-                Covariance::Factored => factored::predict_mount(&mut p, ROBOT, &by_mount),
+                Covariance::Packed => packed::predict_shared(&mut p, ROBOT, &by_mount),
+                Covariance::Factored => factored::predict_shared(&mut p, ROBOT, &by_mount),
             }
         }
+        self.predict_by_wheels(&(turn * by_wheels), increment.delta.xy().norm());
         Ok(())
     }
 }

@@ -112,7 +112,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         (self.size, self.capacity)
     }
 
-    /// One entry of P. States are x, y, heading, the mount's four where estimated, then the landmarks' at their
+    /// One entry of P. States are x, y, heading, the mount's four and the wheels' three where estimated, then the landmarks' at their
     /// offsets. Zero outside.
     pub fn covariance_at(&self, row: usize, column: usize) -> T {
         if row >= self.size || column >= self.size {

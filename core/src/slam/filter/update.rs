@@ -13,14 +13,14 @@
 //!
 //! The last two lines are what makes the filter right-invariant (Barrau and Bonnabel, "The invariant extended
 //! Kalman filter as a stable observer", 2017), in ordinary coordinates and in differences alone: nothing depends
-//! on where the origin is.
+//! on where the origin is. The same is done for the map's scale where that is free (`scale`).
 #![allow(clippy::indexing_slicing, reason = "kernel: vectors have the filter's capacity, indices its size")]
 use crate::association::{Gate, cholesky, forward, inflation};
-use crate::slam::covariance::Row;
 use crate::slam::covariance::downdate::downdate;
 use crate::slam::covariance::factored;
 use crate::slam::covariance::packed;
 use crate::slam::covariance::triangle::{Triangle, TriangleRef};
+use crate::slam::covariance::{Row, Rows};
 use crate::slam::filter::outcome::{Decision, Observation, Outcome};
 use crate::slam::filter::{BATCH, Covariance, Filter, Parts, ROBOT, Variant, add_steps};
 use crate::slam::landmark::Landmark;
@@ -29,7 +29,7 @@ use crate::slam::models::arc_rotation;
 use crate::vectors::widest;
 use crate::{Error, Real, Result};
 use core::ops::Range;
-use nalgebra::{Matrix2, Matrix2x4, Matrix3, Vector2};
+use nalgebra::{Matrix2, Matrix2x3, Matrix2x4, Matrix3, Vector2};
 
 /// Corrections found and not yet made.
 #[derive(Debug, Default)]
@@ -100,26 +100,38 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         Ok(outcome)
     }
 
-    /// Corrects the mount's errors by `difference`, a measurement of `by_mount` times them; where they are no states nothing
-    /// happens.
+    /// Corrects the mount's and the wheels' errors by `difference`, a measurement of `by_mount` and `by_wheels` times them; where
+    /// neither are states nothing happens.
     ///
     /// # Errors
     /// [`Error::OutOfRange`] when a number is not finite.
-    pub fn update_mount(
+    pub fn update_shared(
         &mut self,
         difference: &Vector2<T>,
         covariance: &Matrix2<T>,
         by_mount: &Matrix2x4<T>,
+        by_wheels: &Matrix2x3<T>,
     ) -> Result<Outcome<T>> {
-        let finite = difference.iter().chain(by_mount).all(|value| value.is_finite());
+        let finite = [difference.as_slice(), by_mount.as_slice(), by_wheels.as_slice()]
+            .iter()
+            .all(|part| part.iter().all(|value| value.is_finite()));
         if !finite || cholesky(covariance).is_none() {
             let expected = "finite numbers and a positive definite covariance";
             return Err(Error::OutOfRange { name: "difference", value: difference.x.to_f64(), expected });
         }
-        if self.config.mount_std.is_none() {
+        let mut rows = Rows::new();
+        if self.config.mount_std.is_some() {
+            rows.extend([0, 2].map(|at| Row::new(ROBOT + at, by_mount.fixed_columns::<2>(at).into_owned())));
+        }
+        if self.config.wheels_std.is_some() {
+            // Columns go in pairs: the second pair begins with the first one's last.
+            let last = Matrix2::from_columns(&[Vector2::zeros(), by_wheels.column(2).into_owned()]);
+            let (at, first) = (self.wheels_at(), by_wheels.fixed_columns::<2>(0).into_owned());
+            rows.extend([Row::new(at, first), Row::new(at + 1, last)]);
+        }
+        if rows.is_empty() {
             return Ok(Outcome::default());
         }
-        let rows = [0, 2].map(|at| Row::new(ROBOT + at, by_mount.fixed_columns::<2>(at).into_owned()));
         let absorbed = Absorbed { innovation: *difference, noise: *covariance, dof: 2, rows: &rows };
         let mut pending = Pending::default();
         let outcome = self.absorb(&absorbed, &mut pending);
@@ -248,7 +260,8 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             return;
         }
         let (variant, form, count) = (self.config.variant, self.config.covariance, self.count);
-        let (size, start) = (self.size, self.start());
+        let (size, start, height) = (self.size, self.start(), self.free_scale());
+        let wheels = self.wheels_at();
         // Positions: the robot's at 0, and each landmark's (or its anchor's).
         let (parts, landmarks) = self.parts_and_landmarks();
         let Parts { x, rounding, first, work, mut p } = parts;
@@ -290,7 +303,20 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             (Covariance::Factored, false) => {}
             (Covariance::Factored, true) => {
                 let [[f, v], ..] = &mut vectors.pairs;
-                factored::reset(&mut p, vectors.lever, f, v);
+                factored::reset(&mut p, 2, vectors.lever, f, v);
+            }
+        }
+        if let Some(height) = height.filter(|_| invariant) {
+            vectors.scale_steps(landmarks, start, wheels, height);
+            match form {
+                Covariance::Packed => {
+                    vectors.height_column(&p);
+                    downdate(&mut p, &[], Some([vectors.lever, vectors.column]));
+                }
+                Covariance::Factored => {
+                    let [[f, v], ..] = &mut vectors.pairs;
+                    factored::reset(&mut p, ROBOT, vectors.lever, f, v);
+                }
             }
         }
         widest((&mut *x, &mut *rounding, &*vectors.delta), add_steps, add_steps);
@@ -307,7 +333,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
 
     /// Empties the map; the robot stays where it is, with this covariance, which nothing else shares.
     fn begin_anew(&mut self, covariance: &Matrix3<T>) {
-        let (size, start, mount) = (self.size, self.start(), self.config.mount_std);
+        let (size, start, shared) = (self.size, self.start(), self.config.shared_std());
         self.resets = self.resets.saturating_add(1);
         self.count = 0;
         let mut p = self.parts().p;
@@ -326,7 +352,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                 p.set(row, column, if kept.is_finite() { kept } else { T::one() });
             }
         }
-        for (at, std) in mount.into_iter().flatten().enumerate() {
+        for (at, std) in shared.into_iter().enumerate() {
             p.set(ROBOT + at, ROBOT + at, std * std);
         }
         self.size = start;
@@ -334,14 +360,14 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
 }
 
 /// The working vectors, cut to the present size.
-struct Vectors<'a, T> {
+pub(super) struct Vectors<'a, T> {
     pairs: [[&'a mut [T]; 2]; BATCH],
     /// δ.
-    delta: &'a mut [T],
+    pub(super) delta: &'a mut [T],
     /// a.
-    lever: &'a mut [T],
+    pub(super) lever: &'a mut [T],
     /// b.
-    column: &'a mut [T],
+    pub(super) column: &'a mut [T],
 }
 
 impl<'a, T: Real> Vectors<'a, T> {
@@ -427,7 +453,7 @@ pub(in crate::slam) fn product<T: Real>(rows: &[Row<T>], vector: &[T]) -> Vector
 
 /// from ← from − factor · vector.
 #[inline(always)]
-fn subtract<T: Real>((from, factor, vector): (&mut [T], T, &[T])) {
+pub(super) fn subtract<T: Real>((from, factor, vector): (&mut [T], T, &[T])) {
     for (value, step) in from.iter_mut().zip(vector) {
         *value -= factor * *step;
     }

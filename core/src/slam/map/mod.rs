@@ -15,6 +15,7 @@
 //!    `merge_distance` takes all its sightings is its duplicate if the two are surely one: they are made one, and the joint
 //!    covariance learns that they are.
 mod config;
+mod knock;
 mod merging;
 mod pairing;
 mod stacked;
@@ -107,6 +108,10 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         let finder = self.filter.finder();
         self.expect();
         self.pair(features, &may_be, finder.as_ref(), outcomes, &mut report);
+        if report.knocked {
+            self.health.knocks = self.health.knocks.saturating_add(1);
+            self.forget_tentative();
+        }
         self.give_birth(features, outcomes, &mut report);
         for outcome in outcomes.iter() {
             let threshold = self.threshold(outcome.dof);
@@ -136,6 +141,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             updates: report.updates,
             refused: report.gated + report.ambiguous,
             births: report.births,
+            moved: self.filter.moved(self.health.knocks),
         }
     }
 

@@ -57,26 +57,18 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         report: &mut MapReport,
     ) {
         let mut candidates = heapless::Vec::<Candidate<T>, MAX_CANDIDATES>::new();
-        // Where all are beyond their gates, as after a slip of the wheels, they may have an error in common.
-        for wide in [false, true] {
-            for (index, (feature, outcome)) in features.iter().zip(outcomes.iter_mut()).enumerate() {
-                let of_these = matches!(feature.hint, Hint::Landmark(_)) == named;
-                if !of_these || index >= MAX_FEATURES || feature.measurement.check().is_err() {
-                    continue;
-                }
-                // From here on it is sound; without a landmark it may start one.
-                *outcome = Outcome { decision: Decision::Birth, ..Outcome::default() };
-                self.candidates(index, feature, wide, may_be, finder, outcome, &mut candidates, report);
+        self.gather(named, features, may_be, finder, outcomes, &mut candidates, report);
+        if self.seems_knocked(named, features, &candidates) {
+            let (before, told) = (self.witnesses(&candidates), *report);
+            let held = self.filter.let_mount_go();
+            self.gather(named, features, may_be, finder, outcomes, &mut candidates, report);
+            report.knocked |= self.explains(before, &candidates);
+            if !report.knocked {
+                self.filter.hold_mount(held);
+                *report = told;
+                self.gather(named, features, may_be, finder, outcomes, &mut candidates, report);
+                *report = told;
             }
-            if named || !candidates.is_empty() {
-                break;
-            }
-        }
-        if named {
-            exclusive_nearest(&mut candidates);
-        } else {
-            self.choose(features, &mut candidates, finder, report);
-            self.set_free_beside_the_taken(features, &mut candidates, may_be, finder, outcomes);
         }
         let mut pending = Pending::default();
         for pair in &candidates {
@@ -100,6 +92,42 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             record.descriptor = feature.descriptor.or(record.descriptor);
         }
         self.filter.finish(pending);
+    }
+
+    /// Lists the pairs that are to be updated with.
+    #[allow(clippy::too_many_arguments, reason = "one caller, and each is a part of the frame")]
+    fn gather(
+        &self,
+        named: bool,
+        features: &[Feature<T>],
+        may_be: &dyn Fn(usize, &Landmark<T>) -> bool,
+        finder: Option<&RangeFinder<T>>,
+        outcomes: &mut [Outcome<T>],
+        candidates: &mut heapless::Vec<Candidate<T>, MAX_CANDIDATES>,
+        report: &mut MapReport,
+    ) {
+        candidates.clear();
+        // Where all are beyond their gates, as after a slip of the wheels, they may have an error in common.
+        for wide in [false, true] {
+            for (index, (feature, outcome)) in features.iter().zip(outcomes.iter_mut()).enumerate() {
+                let of_these = matches!(feature.hint, Hint::Landmark(_)) == named;
+                if !of_these || index >= MAX_FEATURES || feature.measurement.check().is_err() {
+                    continue;
+                }
+                // From here on it is sound; without a landmark it may start one.
+                *outcome = Outcome { decision: Decision::Birth, ..Outcome::default() };
+                self.candidates(index, feature, wide, may_be, finder, outcome, candidates, report);
+            }
+            if named || !candidates.is_empty() {
+                break;
+            }
+        }
+        if named {
+            exclusive_nearest(candidates);
+        } else {
+            self.choose(features, candidates, finder, report);
+            self.set_free_beside_the_taken(features, candidates, may_be, finder, outcomes);
+        }
     }
 
     /// A landmark is seen once in a frame: a measurement that is gated by landmarks which others of the frame are of, and
@@ -235,7 +263,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             && self.filter.bearing_variance(landmark, &now.offset) > most
     }
 
-    fn match_nis(&self, dof: usize) -> T {
+    pub(super) fn match_nis(&self, dof: usize) -> T {
         let [one, two] = self.config.match_nis;
         if dof == 1 { one } else { two }
     }

@@ -1,6 +1,6 @@
 //! The filter on real logs, as golden tables. The logs stay where they are; the figures are here.
 //!
-//! `cargo test -p monorange-tests --test slam_logs -- --nocapture` prints the tables, and
+//! `cargo test -p monorange-tests slam_logs:: -- --nocapture` prints the tables, and
 //! `monorange slam-log --dataset mrclam --from FOLDER --number 1` gives one of their lines with its report.
 use monorange_core::association::Gate;
 use monorange_core::geometry::Pose;

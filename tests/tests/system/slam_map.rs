@@ -1,6 +1,6 @@
 //! The map's upkeep without names: a loop of landmarks that look alike closes on the right one.
 //!
-//! `cargo test -p monorange-tests --test slam_map -- --nocapture` prints the table.
+//! `cargo test -p monorange-tests slam_map:: -- --nocapture` prints the table.
 use monorange_core::geometry::Pose;
 use monorange_core::slam::{
     Decision, Feature, FilterConfig, Increment, Integration, Map, MapConfig, Measurement, Outcome, Status,

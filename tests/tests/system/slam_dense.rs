@@ -3,14 +3,18 @@ use monorange_core::association::Gate;
 use monorange_core::geometry::{Pose, wrap_angle};
 use monorange_core::slam::{
     Covariance, Decision, Filter, FilterConfig, Increment, Integration, Landmark, Measurement, Observation,
-    Outcome, Variant, arc_rotation, states_for, storage_len,
+    Outcome, Variant, WHEEL_STATES, arc_rotation, states_for, storage_len,
 };
-use nalgebra::{DMatrix, DVector, Matrix2, Matrix2x4, Matrix3, Matrix3x4, Vector2};
+use nalgebra::{
+    DMatrix, DVector, Matrix2, Matrix2x3, Matrix2x4, Matrix3, Matrix3x4, Rotation2, Vector2, Vector3,
+};
 
 type TestFilter<T> = Filter<T, Vec<T>, Vec<Landmark<T>>>;
 
 fn filter<T: monorange_core::Real>(landmarks: usize, config: FilterConfig<T>) -> TestFilter<T> {
-    let storage = vec![T::zero(); storage_len(states_for(landmarks, config.mount_std.is_some()))];
+    let states =
+        states_for(landmarks, config.mount_std.is_some()) + config.wheels_std.map_or(0, |_| WHEEL_STATES);
+    let storage = vec![T::zero(); storage_len(states)];
     let covariance = Matrix3::new(0.04, 0.01, 0.002, 0.01, 0.09, -0.003, 0.002, -0.003, 0.01).map(T::lit);
     let pose = Pose::new(T::lit(3.0), T::lit(-2.0), T::lit(0.7));
     Filter::new(storage, vec![Landmark::default(); landmarks], pose, covariance, config).unwrap()
@@ -156,24 +160,33 @@ fn predict_update_birth_and_removal_agree_with_dense_matrices() {
 }
 
 #[test]
-fn a_step_that_the_camera_saw_takes_the_errors_of_its_mount_along() {
+fn a_step_that_the_camera_saw_takes_the_errors_of_mount_and_wheels_along() {
     for covariance in [Covariance::Packed, Covariance::Factored] {
         let mount_std = Some([0.01, 0.005, 0.004, 0.006]);
-        let mut filter = filter(3, FilterConfig { covariance, mount_std, ..FilterConfig::default() });
+        let stds = [0.03, 0.04, 0.005];
+        let wheels_std = Some(stds);
+        let mut filter =
+            filter(3, FilterConfig { covariance, mount_std, wheels_std, ..FilterConfig::default() });
+        let by_wheels = Matrix3::new(0.3, -0.1, 0.2, 0.05, 0.1, -0.2, 0.0, 0.4, 0.5);
         let by_mount = Matrix3x4::new(0.9, -0.2, 0.1, 0.3, 0.05, 0.4, -0.6, 0.2, -0.1, 0.7, 1.1, -0.8);
         let noise = Matrix2::new(0.02, 0.001, 0.001, 0.003);
         let step = Increment::from_velocity(1.0, 0.3, 0.5, &noise, Integration::Arc);
         for id in 0..3_u32 {
             let (x, p) = dense(&filter);
-            filter.predict_seen(f64::from(id), &step, &by_mount).unwrap();
+            filter.predict_seen(f64::from(id), &step, &by_mount, &by_wheels).unwrap();
             let (moved, found) = dense(&filter);
             let turn = Pose::new(0.0, 0.0, x[2]).rotation().to_homogeneous();
             let mut f = DMatrix::identity(x.len(), x.len());
             (f[(0, 2)], f[(1, 2)]) = (-(moved[1] - x[1]), moved[0] - x[0]);
             f.view_mut((0, 3), (3, 4)).copy_from(&(turn * by_mount));
+            f.view_mut((0, 7), (3, 3)).copy_from(&(turn * by_wheels));
             let mut expected = &f * &p * f.transpose();
             let mut corner = expected.fixed_view_mut::<3, 3>(0, 0);
             corner += turn * step.covariance * turn.transpose();
+            for (at, std) in (7..).zip(stds) {
+                // The wheels' errors wander as they drive.
+                expected[(at, at)] += (0.02 * std).powi(2) * step.delta.xy().norm();
+            }
             let error = (&found - &expected).amax();
             assert!(error < 1e-12, "covariance off by {error} after {id} landmarks, {covariance:?}");
             // The next step has a landmark more, which the mount's error reaches through the robot.
@@ -183,34 +196,84 @@ fn a_step_that_the_camera_saw_takes_the_errors_of_its_mount_along() {
 }
 
 #[test]
-fn a_measurement_of_the_mount_corrects_all_that_hangs_on_it() {
+fn a_step_of_the_wheels_is_corrected_by_their_errors_and_takes_them_along() {
+    for covariance in [Covariance::Packed, Covariance::Factored] {
+        let stds = [0.03, 0.04, 0.005];
+        let wheels_std = Some(stds);
+        let mut filter = filter(3, FilterConfig { covariance, wheels_std, ..FilterConfig::default() });
+        let noise = Matrix2::new(0.02, 0.001, 0.001, 0.003);
+        // Ahead and back, and a measurement of the errors between, so that they are not zero.
+        for (time, v) in [(1.0, 1.0_f64), (2.0, -0.7), (3.0, 1.2)] {
+            let step = Increment::from_velocity(v, 0.3, 0.5, &noise, Integration::Arc);
+            let (x, p) = dense(&filter);
+            let errors = x.fixed_rows::<3>(3).into_owned();
+            let pose = |errors: &Vector3<f64>| {
+                let (turn, way) = (step.delta.z, v.signum() * step.delta.xy().norm());
+                let more = turn * errors.y + way * errors.z;
+                let path = Rotation2::new(x[2] + 0.5 * more) * step.delta.xy() * (1.0 + errors.x);
+                Vector3::new(x[0] + path.x, x[1] + path.y, x[2] + turn + more)
+            };
+            filter.predict_driven(time, &step).unwrap();
+            let (moved, found) = dense(&filter);
+            assert!((moved.fixed_rows::<3>(0) - pose(&errors)).amax() < 1e-12, "{covariance:?}");
+            let mut f = DMatrix::identity(x.len(), x.len());
+            (f[(0, 2)], f[(1, 2)]) = (-(moved[1] - x[1]), moved[0] - x[0]);
+            for column in 0..3 {
+                let change = Vector3::ith(column, 1e-6);
+                let difference = (pose(&(errors + change)) - pose(&(errors - change))) / 2e-6;
+                f.view_mut((0, 3 + column), (3, 1)).copy_from(&difference);
+            }
+            let mut expected = &f * &p * f.transpose();
+            let turn = Pose::new(0.0, 0.0, x[2]).rotation().to_homogeneous();
+            let mut corner = expected.fixed_view_mut::<3, 3>(0, 0);
+            corner += turn * step.covariance * turn.transpose();
+            let metres = (moved.fixed_rows::<2>(0) - x.fixed_rows::<2>(0)).norm();
+            for (at, std) in (3..).zip(stds) {
+                expected[(at, at)] += (0.02 * std).powi(2) * metres;
+            }
+            let error = (&found - &expected).amax();
+            assert!(error < 1e-9, "covariance off by {error}, {covariance:?}");
+            let (by_mount, by_wheels) = (Matrix2x4::zeros(), Matrix2x3::new(1.0, 0.2, -0.3, 0.1, 0.9, 0.4));
+            let noise = Matrix2::new(2e-4, 3e-5, 3e-5, 1e-4);
+            filter.update_shared(&Vector2::new(0.02, -0.01), &noise, &by_mount, &by_wheels).unwrap();
+            filter.birth(time, time as u32, &sighting(2.0, 0.3)).unwrap();
+        }
+    }
+}
+
+#[test]
+fn a_measurement_of_mount_and_wheels_corrects_all_that_hangs_on_them() {
     let (difference, noise) = (Vector2::new(0.004, -0.003), Matrix2::new(2e-5, 3e-6, 3e-6, 1e-5));
     let by_mount = Matrix2x4::new(0.9, -0.2, 0.1, 0.3, 0.05, 0.4, -0.6, 0.2);
+    let by_wheels = Matrix2x3::new(0.2, -0.1, 0.4, 0.0, 0.3, -0.5);
     for covariance in [Covariance::Packed, Covariance::Factored] {
         let mount_std = Some([0.01, 0.005, 0.004, 0.006]);
-        let config =
-            FilterConfig { covariance, mount_std, variant: Variant::Textbook, ..FilterConfig::default() };
+        let stds = [0.03, 0.04, 0.005];
+        let wheels_std = Some(stds);
+        let variant = Variant::Textbook;
+        let config = FilterConfig { covariance, mount_std, wheels_std, variant, ..FilterConfig::default() };
         let mut filter = filter(1, config);
         let step = Increment::from_velocity(1.0, 0.3, 0.5, &noise, Integration::Arc);
-        filter.predict_seen(1.0, &step, &Matrix3x4::from_element(0.3)).unwrap();
+        filter.predict_seen(1.0, &step, &Matrix3x4::from_element(0.3), &Matrix3::from_element(0.2)).unwrap();
         filter.birth(1.0, 0, &sighting(2.0, 0.3)).unwrap();
         let (x, p) = dense(&filter);
-        let outcome = filter.update_mount(&difference, &noise, &by_mount).unwrap();
+        let outcome = filter.update_shared(&difference, &noise, &by_mount, &by_wheels).unwrap();
         assert_eq!(outcome.decision, Decision::Update);
         let mut h = DMatrix::zeros(2, x.len());
         h.view_mut((0, 3), (2, 4)).copy_from(&by_mount);
+        h.view_mut((0, 7), (2, 3)).copy_from(&by_wheels);
         let gain = &p * h.transpose() * (&h * &p * h.transpose() + noise).try_inverse().unwrap();
         let (moved, found) = dense(&filter);
-        // The mount's states were zero: the difference is its own innovation.
+        // These states were zero: the difference is its own innovation.
         assert!((moved - (x + &gain * difference)).amax() < 1e-12, "{covariance:?}");
         assert!((found - (&p - &gain * &h * &p)).amax() < 1e-12, "{covariance:?}");
     }
     let mut exact = filter::<f64>(1, FilterConfig::default());
     let before = dense(&exact);
-    let outcome = exact.update_mount(&difference, &noise, &by_mount).unwrap();
+    let outcome = exact.update_shared(&difference, &noise, &by_mount, &by_wheels).unwrap();
     assert_eq!((outcome.decision, dense(&exact)), (Decision::Rejected, before.clone()));
-    assert!(exact.update_mount(&Vector2::new(f64::NAN, 0.0), &noise, &by_mount).is_err());
-    assert!(exact.update_mount(&difference, &-noise, &by_mount).is_err());
+    assert!(exact.update_shared(&Vector2::new(f64::NAN, 0.0), &noise, &by_mount, &by_wheels).is_err());
+    assert!(exact.update_shared(&difference, &-noise, &by_mount, &by_wheels).is_err());
     assert_eq!(dense(&exact), before);
 }
 

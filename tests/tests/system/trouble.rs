@@ -1,0 +1,125 @@
+//! Wheels that read wrongly all the time, and a camera that is knocked, in a simulated corridor whose corners are given exactly
+//! but for their noise. With pictures: `cargo run -p monorange-tests --example trouble`.
+use monorange_core::geometry::{Mount, RangeFinder, wrap_angle};
+use monorange_core::lines::Corner;
+use monorange_core::pipeline::{Config, Memory, MotionNoise, Odometry, OnHeap, Pipeline};
+use monorange_core::slam::Verdict;
+use monorange_sim::{Scene, SceneConfig, SimConfig, Simulation, default_rig};
+use monorange_tests::Noise;
+use monorange_tests::corridor::config_for;
+use nalgebra::{Matrix2, Vector3};
+
+const FRAMES: usize = 400;
+const CORNER_STD: f64 = 0.4;
+
+fn simulation(seed: u64, tilt: f64) -> Simulation {
+    let scene = Scene::corridor(&SceneConfig { seed, ..Default::default() });
+    let rig = default_rig().unwrap();
+    let mut parameters = rig.mount().parameters();
+    parameters[1] += tilt;
+    let rig = RangeFinder::new(*rig.camera(), Mount::new(parameters).unwrap());
+    Simulation::new(scene, rig, SimConfig { seed, frames: FRAMES, walkers: 0, ..Default::default() }).unwrap()
+}
+
+/// Six in ten of the corners in view.
+fn corners(simulation: &Simulation, frame: usize, noise: &mut Noise) -> Vec<Corner> {
+    let seen = simulation.visible_corners(frame);
+    let near =
+        seen.into_iter().filter(|corner| corner.hidden.is_none() && (0.5..5.0).contains(&corner.range));
+    let mut corners = Vec::new();
+    for corner in near {
+        let error = [noise.normal(), noise.normal()].map(|error| CORNER_STD * error);
+        if noise.uniform(0.0, 1.0) < 0.6 && corners.len() < 16 {
+            corners.push(Corner {
+                pixel: (corner.pixel + nalgebra::Vector2::from(error)).cast(),
+                covariance: Matrix2::identity() * (CORNER_STD * CORNER_STD) as f32,
+                vertical: 0,
+                floor: 0,
+                brighter_right: corner.id % 2 == 0,
+                brighter_below: corner.id % 4 < 2,
+            });
+        }
+    }
+    corners
+}
+
+struct Drive {
+    pipeline: Pipeline<OnHeap>,
+    /// Of the poses of the last quarter, a degree of freedom.
+    nees: f64,
+    knocked: Vec<usize>,
+}
+
+/// Drives; the wheels read `long` too long, and from the picture `from` on the camera is that of `after`.
+fn drive(before: &Simulation, after: &Simulation, from: usize, long: f64, motion: MotionNoise) -> Drive {
+    let config = config_for(before).unwrap();
+    let camera = *before.rig().camera();
+    let memory = Memory::on_heap(camera.width(), camera.height(), 256);
+    let mut pipeline = Pipeline::new(Config { motion, ..config }, memory).unwrap();
+    let mut noise = Noise::new(before.config().seed);
+    let world_from_start = before.true_pose(0);
+    let (mut nees, mut knocked) = (0.0, Vec::new());
+    for frame in 0..FRAMES {
+        let time = before.time(frame);
+        if frame > 0 {
+            let (twist, seconds) = (before.odometry(frame - 1), (time - before.time(frame - 1)) as f32);
+            let (v, omega) = ((twist.speed * (1.0 + long)) as f32, twist.turn as f32);
+            pipeline.odometry(time, &Odometry::Velocity { v, omega, seconds }).unwrap();
+        }
+        let seen = corners(if frame < from { before } else { after }, frame, &mut noise);
+        let report = pipeline.observe(time, &seen).unwrap();
+        if report.map.knocked {
+            knocked.push(frame);
+        }
+        if frame >= FRAMES * 3 / 4 {
+            let truth = world_from_start.inverse().compose(&before.true_pose(frame));
+            let error = Vector3::new(
+                f64::from(report.pose.x) - truth.x,
+                f64::from(report.pose.y) - truth.y,
+                wrap_angle(f64::from(report.pose.heading) - truth.heading),
+            );
+            let inverse = report.pose_covariance.cast::<f64>().try_inverse().unwrap();
+            nees += error.dot(&(inverse * error)) / (3.0 * FRAMES as f64 / 4.0);
+        }
+    }
+    Drive { pipeline, nees, knocked }
+}
+
+#[test]
+fn wheels_that_read_5_percent_long_are_found_and_right_ones_stay() {
+    for (seed, long) in [(21, 0.05), (22, -0.05), (23, 0.0)] {
+        let simulation = simulation(seed, 0.0);
+        let motion = config_for(&simulation).unwrap().motion;
+        let found = drive(&simulation, &simulation, FRAMES, long, motion.with_scales());
+        let filter = found.pipeline.filter();
+        let (error, covariance) = (filter.wheels_error().unwrap(), filter.wheels_error_covariance().unwrap());
+        let std = covariance.m11.sqrt();
+        let missing = (1.0 / (1.0 + long) - 1.0) as f32;
+        println!("seed {seed}: {error:?} of {missing}, σ {std}, NEES/3 {}", found.nees);
+        assert!(
+            (error.x - missing).abs() < 3.0 * std && std < 0.02,
+            "{error:?} ± {std}, should be {missing}"
+        );
+        assert!(found.nees < 3.0, "NEES/3 {}", found.nees);
+        assert_eq!((found.pipeline.health().verdict(), found.knocked), (Verdict::Consistent, vec![]));
+        if long != 0.0 {
+            let trusted = drive(&simulation, &simulation, FRAMES, long, motion);
+            println!("  taken at their word: NEES/3 {}", trusted.nees);
+            assert!(trusted.nees > 3.0 * found.nees.max(1.0), "the law is about something: {}", trusted.nees);
+        }
+    }
+}
+
+#[test]
+fn a_camera_that_is_knocked_by_a_degree_is_noticed_and_its_tilt_found_anew() {
+    for (seed, tilt) in [(24, 1_f64), (25, -1.0)] {
+        let (before, after) = (simulation(seed, 0.0), simulation(seed, tilt.to_radians()));
+        let motion = config_for(&before).unwrap().motion.with_scales();
+        let found = drive(&before, &after, FRAMES / 2, 0.0, motion);
+        let error = found.pipeline.filter().mount_error().unwrap().y.to_degrees();
+        println!("seed {seed}: {:?}, {error:.3}°, NEES/3 {}", found.knocked, found.nees);
+        let first = found.knocked.first().copied().unwrap();
+        assert!((FRAMES / 2..FRAMES / 2 + 30).contains(&first), "noticed at {first}");
+        assert!((f64::from(error) - tilt).abs() < 0.3, "{error}°");
+    }
+}
