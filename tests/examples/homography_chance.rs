@@ -65,7 +65,7 @@ fn simulated(name: &str, kind: FeatureKind, first: u64, corridor: fn(u64, usize)
     }
     apart.say(name, "different corridors");
     for (steps, count) in ahead {
-        let way = format!("{:.1} m on, turned by 15° at most", 0.12 * f64::from(steps));
+        let way = format!("{:.1} m on, turned by 15° at most", 0.12 * steps as f64);
         count.say(name, &way);
     }
 }
