@@ -24,6 +24,7 @@
 //!
 //! Sources: D. C. Brown, "Close-range camera calibration", 1971; J. Kannala and S. S. Brandt, "A generic camera model
 //! and calibration method for conventional, wide-angle, and fish-eye lenses", 2006; OpenCV's order of coefficients.
+use super::newton::{MAX_ITERATIONS, newton, newton_one};
 use crate::{Error, Real, Result};
 use nalgebra::{Matrix2, Vector2};
 
@@ -70,8 +71,6 @@ impl<T> From<Distortion<T>> for Lens<T> {
     }
 }
 
-/// Iterations after which Newton's method is given up; it needs 3 to 5 within a model's domain.
-const MAX_ITERATIONS: usize = 20;
 /// Below this ρ the equidistant model is taken by its series: differences of nearly equal numbers would lose digits.
 const NEAR_AXIS: f64 = 1e-4;
 /// tan² of 89°.
@@ -164,15 +163,12 @@ impl<T: Real> Lens<T> {
         match self {
             Self::BrownConrady(d) if *d == Distortion::default() => Some(distorted),
             Self::Equidistant(k) => unbend(k, distorted, max_radius2),
-            _ => {
-                let [ray] = self.newton([distorted], max_radius2);
-                ray.map(|(ray, _)| ray)
-            }
+            _ => newton_one(distorted, |ray| (self.distort(ray), self.distort_by_ray(ray)), max_radius2),
         }
     }
 
     /// As [`undistort`](Self::undistort) for several points, bit by bit, with the Jacobian of [`distort`](Self::distort) at each ray:
-    /// their iterations wait for one another's divisions.
+    /// their iterations are vectors' lanes.
     pub(super) fn undistort_all<const N: usize>(
         &self,
         distorted: [Vector2<T>; N],
@@ -186,27 +182,23 @@ impl<T: Real> Lens<T> {
             Self::Equidistant(k) => {
                 distorted.map(|distorted| unbend(k, distorted, max_radius2).map(with_jacobian))
             }
-            _ => self.newton(distorted, max_radius2),
+            Self::BrownConrady(d) => newton(
+                distorted,
+                |ray| {
+                    let polynomial = d.polynomial(ray.norm_squared());
+                    (d.bent(ray, polynomial.0), d.bent_by_ray(ray, polynomial))
+                },
+                max_radius2,
+            ),
+            Self::Rational { above, below } => newton(
+                distorted,
+                |ray| {
+                    let ratio = ratio(above, below, ray.norm_squared());
+                    (above.bent(ray, ratio.0), above.bent_by_ray(ray, ratio))
+                },
+                max_radius2,
+            ),
         }
-    }
-
-    fn newton<const N: usize>(
-        &self,
-        distorted: [Vector2<T>; N],
-        max_radius2: T,
-    ) -> [Option<(Vector2<T>, Matrix2<T>)>; N] {
-        let mut searches = distorted.map(Search::new);
-        for _ in 0..MAX_ITERATIONS {
-            let mut going = false;
-            for search in searches.iter_mut().filter(|search| search.state == State::Going) {
-                search.step(self, max_radius2);
-                going = true;
-            }
-            if !going {
-                break;
-            }
-        }
-        searches.map(|search| (search.state == State::Found).then_some((search.ray, search.jacobian)))
     }
 
     /// The smallest ρ > 0 at which the image's radius no longer grows with the ray's, or the largest number.
@@ -265,61 +257,9 @@ impl<T: Real> Lens<T> {
     }
 }
 
-/// Newton's method on its way to the ray of a point.
-struct Search<T> {
-    distorted: Vector2<T>,
-    ray: Vector2<T>,
-    /// At the ray.
-    jacobian: Matrix2<T>,
-    /// The best that rounding allows: a few units in the last place of the larger coordinate.
-    tolerance: T,
-    /// Of the iteration before.
-    error: Option<T>,
-    state: State,
-}
-
-#[derive(Clone, Copy, PartialEq)]
-enum State {
-    Going,
-    Found,
-    None,
-}
-
-impl<T: Real> Search<T> {
-    fn new(distorted: Vector2<T>) -> Self {
-        let scale = T::one() + distorted.amax();
-        let tolerance = scale * T::default_epsilon() * T::lit(2.0);
-        let jacobian = Matrix2::identity();
-        Self { distorted, ray: distorted, jacobian, tolerance, error: None, state: State::Going }
-    }
-
-    /// One iteration.
-    #[inline(always)]
-    fn step(&mut self, lens: &Lens<T>, max_radius2: T) {
-        let residual = lens.distort(self.ray) - self.distorted;
-        let error = residual.amax();
-        let settled = error <= self.tolerance;
-        // Close to the answer rounding ends the progress: more iterations would only wander.
-        let stalled =
-            error <= self.tolerance * T::lit(8.0) && self.error.is_some_and(|before| error >= before);
-        self.jacobian = lens.distort_by_ray(self.ray);
-        if settled || stalled {
-            let one_to_one =
-                self.ray.norm_squared() <= max_radius2 && self.jacobian.determinant() > T::zero();
-            self.state = if one_to_one { State::Found } else { State::None };
-            return;
-        }
-        self.error = Some(error);
-        let inverse = inverse(&self.jacobian);
-        self.ray -= inverse.unwrap_or_default() * residual;
-        if inverse.is_none() || !(self.ray.x.is_finite() && self.ray.y.is_finite()) {
-            self.state = State::None;
-        }
-    }
-}
-
 impl<T: Real> Distortion<T> {
     /// c and (∂c/∂x)/x of the radial polynomial.
+    #[inline]
     fn polynomial(&self, rho: T) -> (T, T) {
         let (two, three) = (T::lit(2.0), T::lit(3.0));
         let radial = T::one() + rho * (self.k1 + rho * (self.k2 + rho * self.k3));
@@ -328,6 +268,7 @@ impl<T: Real> Distortion<T> {
     }
 
     /// The ray scaled by `radial`, with the tangential terms.
+    #[inline]
     fn bent(&self, ray: Vector2<T>, radial: T) -> Vector2<T> {
         let two = T::lit(2.0);
         let (x, y) = (ray.x, ray.y);
@@ -339,6 +280,7 @@ impl<T: Real> Distortion<T> {
     }
 
     /// The derivative of [`bent`](Self::bent) by the ray, given c and (∂c/∂x)/x.
+    #[inline]
     fn bent_by_ray(&self, ray: Vector2<T>, (radial, slope): (T, T)) -> Matrix2<T> {
         let (two, six) = (T::lit(2.0), T::lit(6.0));
         let (x, y) = (ray.x, ray.y);
@@ -353,6 +295,7 @@ impl<T: Real> Distortion<T> {
 }
 
 /// c and (∂c/∂x)/x of the rational model.
+#[inline]
 fn ratio<T: Real>(above: &Distortion<T>, &[k4, k5, k6]: &[T; 3], rho: T) -> (T, T) {
     let (two, three) = (T::lit(2.0), T::lit(3.0));
     let (numerator, slope) = above.polynomial(rho);

@@ -2,6 +2,7 @@
 mod camera;
 mod lens;
 mod mount;
+mod newton;
 mod pose;
 mod range_finder;
 
