@@ -92,16 +92,17 @@ impl Picture {
     }
 }
 
-/// Fails when a JPEG has no end. Decoders, browsers' too, fill what is missing with grey, and grey has corners.
+/// Fails when a file is empty, or a JPEG has no end. Decoders, browsers' too, fill what is missing with grey, and grey has corners.
 ///
 /// # Errors
 /// Names the picture.
 pub fn check_whole(path: &Path, bytes: &[u8]) -> Result<()> {
-    if !jpeg::is_cut(bytes) {
-        return Ok(());
-    }
-    let error = Error::new("the picture is cut short: its JPEG data has no end").at(path);
-    Err(error.help("copy the picture again, or leave it out"))
+    let cause = match bytes {
+        [] => "the file is empty",
+        _ if jpeg::is_cut(bytes) => "the picture is cut short: its JPEG data has no end",
+        _ => return Ok(()),
+    };
+    Err(Error::new(cause).at(path).help("copy the picture again, or leave it out"))
 }
 
 /// Warns of a picture that is almost black; `deep`: it has 16 bits a pixel, and bits of a sensor in their lower part leave it so.
@@ -120,11 +121,13 @@ pub fn warn_if_dark(path: &Path, pixels: &[u8], deep: bool) {
 }
 
 fn undecodable(path: &Path, error: &image::ImageError) -> Error {
-    let cause = match error {
-        image::ImageError::Unsupported(_) => "is not a PNG, JPEG or PNM picture".to_owned(),
-        error => format!("the picture is damaged or cut short ({error})"),
+    let (cause, help) = match error {
+        image::ImageError::Unsupported(_) => {
+            ("is not a PNG, JPEG or PNM picture".to_owned(), "save it as PNG")
+        }
+        error => (format!("the picture is damaged or cut short ({error})"), "write the picture again"),
     };
-    Error::new(cause).at(path).help("write the picture again, or leave it out")
+    Error::new(cause).at(path).help(format!("{help}, or leave it out"))
 }
 
 /// Fails when a picture says, in its header, that it has another size than the rig's camera. A picture whose

@@ -210,7 +210,9 @@ impl<'a> Entries<'a> {
     /// The error that an entry is missing, with those that are there.
     pub(super) fn missing(&self, name: &'static str) -> Error {
         let there: Vec<_> = self.tree.keys().map(|key| format!("`{key}`")).take(12).collect();
-        Error::new(format!("`{name}` is missing (there are: {})", there.join(", "))).help(super::tree::FORMS)
+        let name = if self.prefix.is_empty() { name } else { name.trim_start_matches("image_") };
+        Error::new(format!("`{}{name}` is missing (there are: {})", self.prefix, there.join(", ")))
+            .help(super::tree::FORMS)
     }
 
     /// Fails at an entry that was not asked for and may bear on lens or picture; warns about other unknown ones.

@@ -57,9 +57,9 @@ pub(super) fn camera(
             .help("choose another one with --camera N, counted from 0, or leave the others out of the file")
             .warn();
     }
-    chosen.read(size).map_err(|error| match names.len() {
-        1 => error,
-        _ => error.in_entry(&format!("{}:", chosen.name)),
+    chosen.read(size).map_err(|error| match (names.len(), tree.get(&chosen.name)) {
+        (1, None | Some(Value::String(_) | Value::Array(_))) => error,
+        _ => error.in_entry(&format!("`{}`:", chosen.name)),
     })
 }
 
@@ -78,7 +78,7 @@ enum Form<'a> {
     /// A rectified camera of KITTI: the entries of its projection and its size.
     Rectified {
         projection: String,
-        size: String,
+        size: Option<String>,
     },
 }
 
@@ -107,7 +107,9 @@ fn cameras(tree: &Tree) -> Vec<Chosen<'_>> {
         return vec![named("M1", tree, ""), second];
     }
     for prefixes in [&["Camera1.", "Camera2."][..], &["Camera."]] {
-        let there = |prefix: &&&str| tree.contains_key(&format!("{prefix}fx"));
+        let there = |prefix: &&&str| {
+            ["fx", "fy", "cx"].iter().any(|name| tree.contains_key(&format!("{prefix}{name}")))
+        };
         let found: Vec<_> = prefixes.iter().filter(there).map(|prefix| named(prefix, tree, prefix)).collect();
         if !found.is_empty() {
             return found;
@@ -120,7 +122,7 @@ fn cameras(tree: &Tree) -> Vec<Chosen<'_>> {
             tree,
             form: Form::Rectified {
                 projection: projection.clone(),
-                size: projection.replace("P_rect", "S_rect"),
+                size: projection.strip_prefix("P_rect").map(|number| format!("S_rect{number}")),
             },
         };
         tree.keys().filter(of).map(camera).collect::<Vec<_>>()
@@ -139,7 +141,9 @@ impl Chosen<'_> {
         match &self.form {
             Form::Named { prefix } => read(&Entries::new(self.tree, prefix), &MATRIX, &COEFFICIENTS, size),
             Form::Second => read(&Entries::new(self.tree, ""), &["m2"], &["d2"], size),
-            Form::Rectified { projection, size: key } => rectified(self.tree, projection, key, size),
+            Form::Rectified { projection, size: key } => {
+                rectified(self.tree, projection, key.as_deref(), size)
+            }
         }
     }
 }
@@ -150,16 +154,21 @@ fn read(
     coefficients: &[&'static str],
     given: Option<[usize; 2]>,
 ) -> Result<Intrinsics> {
-    let ([focal, principal], skew) = projection(entries, matrix)?;
-    let size = size(entries, given)?;
-    let lens = lens::lens(entries, coefficients).map_err(|error| {
-        // A misspelt name is the better answer to an entry that is missing.
-        entries.get(&["binning_x", "binning_y", "roi"]);
-        match error.says("missing") {
-            true => entries.finish().err().unwrap_or(error),
-            false => error,
+    // All that is known is asked for before anything is called missing: a misspelt name is the better answer.
+    let parts = (projection(entries, matrix), size(entries, given), lens::lens(entries, coefficients));
+    let (([focal, principal], skew), size, lens) = match parts {
+        (Ok(projection), Ok(size), Ok(lens)) => (projection, size, lens),
+        (projection, size, lens) => {
+            let errors = [projection.err(), size.err(), lens.err()].into_iter().flatten();
+            let (missing, wrong): (Vec<_>, Vec<_>) = errors.partition(|error| error.says("missing"));
+            if let Some(error) = wrong.into_iter().next() {
+                return Err(error);
+            }
+            entries.get(&["binning_x", "binning_y", "roi"]);
+            entries.finish()?;
+            return Err(missing.into_iter().next().unwrap_or_else(|| entries.missing("camera_matrix")));
         }
-    })?;
+    };
     let [width, height] = size;
     let camera = Intrinsics { width, height, focal, principal, skew, lens };
     check_crop(entries, &camera)?;
@@ -204,8 +213,11 @@ fn projection(entries: &Entries<'_>, matrix: &[&'static str]) -> Result<([[f64; 
     }
     match *numbers.as_slice() {
         [Some(fu), Some(fv), Some(u0), Some(v0)] => Ok(([[fu, fv], [u0, v0]], skew)),
-        [None, None, ..] => Err(entries.missing("camera_matrix")),
-        _ => Err(entries.missing("fx, fy, cx, cy")),
+        [None, None, None, None] => Err(entries.missing("camera_matrix")),
+        ref some => {
+            let missing = names.iter().zip(some).find(|(_, number)| number.is_none());
+            Err(entries.missing(missing.and_then(|(names, _)| names.first()).unwrap_or(&"fx")))
+        }
     }
 }
 
@@ -227,9 +239,6 @@ fn of_matrix(matrix: &[f64]) -> Result<([[f64; 2]; 2], f64)> {
 }
 
 fn size(entries: &Entries<'_>, given: Option<[usize; 2]>) -> Result<[usize; 2]> {
-    let whole = |number: f64| {
-        (number >= 1.0 && number.fract() == 0.0 && number <= 65_536.0).then_some(number as usize)
-    };
     let pair = entries.numbers(&SIZE)?;
     let sides = [entries.number(&WIDTH)?, entries.number(&HEIGHT)?];
     let found = match (sides, pair.as_deref()) {
@@ -238,24 +247,28 @@ fn size(entries: &Entries<'_>, given: Option<[usize; 2]>) -> Result<[usize; 2]> 
         ([None, _], _) => return Err(entries.missing("image_width")),
         ([_, None], _) => return Err(entries.missing("image_height")),
     };
-    match (found, given) {
-        (None, Some(given)) => Ok(given),
-        (None, None) => Err(entries.missing("image_width").help(
+    whole_size(found, given)?.ok_or_else(|| {
+        entries.missing("image_width").help(
             "the file does not say the picture's size: write width and height into [camera] of the rig, beside camera_info",
-        )),
-        (Some([width, height]), given) => {
-            let size = whole(width).zip(whole(height)).map(|(width, height)| [width, height]).ok_or_else(|| {
-                Error::new(format!("the picture's size is {width}×{height}, must be whole numbers above 0"))
-                    .help("correct the camera file")
-            })?;
-            match given {
-                Some(given) if given != size => {
-                    let cause = format!("the picture is {width}×{height} here, {}×{} in the rig", given[0], given[1]);
-                    Err(Error::new(cause).help("leave width and height out of [camera], or correct one of them"))
-                }
-                _ => Ok(size),
-            }
+        )
+    })
+}
+
+/// The picture's size as the file says, or as the rig does: where both do, they must agree.
+fn whole_size(found: Option<[f64; 2]>, given: Option<[usize; 2]>) -> Result<Option<[usize; 2]>> {
+    let Some([width, height]) = found else { return Ok(given) };
+    let whole = |side: f64| side >= 1.0 && side.fract() == 0.0 && side <= 65_536.0;
+    if !whole(width) || !whole(height) {
+        let cause = format!("the picture's size is {width}×{height}, must be whole numbers above 0");
+        return Err(Error::new(cause).help("correct the camera file"));
+    }
+    let size = [width as usize, height as usize];
+    match given {
+        Some(given) if given != size => {
+            let cause = format!("the picture is {width}×{height} here, {}×{} in the rig", given[0], given[1]);
+            Err(Error::new(cause).help("leave width and height out of [camera], or correct one of them"))
         }
+        _ => Ok(Some(size)),
     }
 }
 
@@ -292,24 +305,37 @@ fn check_crop(entries: &Entries<'_>, camera: &Intrinsics) -> Result<()> {
 }
 
 /// A camera of KITTI, whose pictures are rectified.
-fn rectified(tree: &Tree, projection: &str, size_key: &str, given: Option<[usize; 2]>) -> Result<Intrinsics> {
-    let numbers = |key: &str| -> Vec<f64> {
-        let text = tree.get(key).and_then(Value::as_str).unwrap_or_default();
-        text.split_whitespace().map_while(|word| word.parse().ok()).collect()
-    };
-    let matrix = numbers(projection);
-    let &[fu, shear, u0, _, _, fv, v0, ..] = matrix.as_slice() else {
-        let cause = format!("`{projection}` has {} numbers, must have 12", matrix.len());
-        return Err(Error::new(cause).help("correct the camera file"));
-    };
-    let size = match (numbers(size_key).as_slice(), given) {
-        (&[width, height], None) => [width as usize, height as usize],
-        (_, Some(given)) => given,
-        _ => {
-            return Err(Error::new("KITTI's calib.txt does not say the picture's size")
-                .help("write width and height into [camera] of the rig, beside camera_info"));
+fn rectified(
+    tree: &Tree,
+    projection: &str,
+    size_key: Option<&str>,
+    given: Option<[usize; 2]>,
+) -> Result<Intrinsics> {
+    let numbers = |key: &str, count: usize| -> Result<Option<Vec<f64>>> {
+        let Some(value) = tree.get(key) else { return Ok(None) };
+        let text = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+        let words: Vec<_> = text.split_whitespace().collect();
+        let numbers: Vec<f64> = words
+            .iter()
+            .filter_map(|word| word.parse().ok())
+            .filter(|number: &f64| number.is_finite())
+            .collect();
+        if numbers.len() != count || words.len() != count {
+            let cause = format!("`{key}` holds {} finite numbers, must hold {count}", numbers.len());
+            return Err(Error::new(cause).help("is the file cut short? Correct the camera file"));
         }
+        Ok(Some(numbers))
     };
+    let matrix = numbers(projection, 12)?.unwrap_or_default();
+    let &[fu, shear, u0, _, _, fv, v0, ..] = matrix.as_slice() else {
+        return Err(Error::new(format!("`{projection}` is missing")).help("correct the camera file"));
+    };
+    let found =
+        size_key.map_or(Ok(None), |key| numbers(key, 2))?.and_then(|size| <[f64; 2]>::try_from(size).ok());
+    let size = whole_size(found, given)?.ok_or_else(|| {
+        Error::new("KITTI's calib.txt does not say the picture's size")
+            .help("write width and height into [camera] of the rig, beside camera_info")
+    })?;
     Error::new(format!("`{projection}` is of rectified pictures: no lens is taken off them"))
         .help("give the rectified pictures (image_0 or sync), not the raw ones")
         .warn();

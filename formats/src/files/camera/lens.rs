@@ -118,8 +118,15 @@ fn singly(entries: &Entries<'_>, model: Model) -> Result<Option<Vec<f64>>> {
         ],
     };
     let values = names.iter().map(|names| entries.number(names)).collect::<Result<Vec<_>>>()?;
-    let given = values.first().is_some_and(Option::is_some);
-    Ok(given.then(|| values.into_iter().map(|value| value.unwrap_or(0.0)).collect()))
+    let Some(last) = values.iter().rposition(Option::is_some) else { return Ok(None) };
+    // Two of a polynomial are k₁ k₂ without tangential terms. Any other gap is a name that was not understood.
+    let least = if last < 2 && model != Model::Equidistant { 2 } else { 4 };
+    let named = values.iter().zip(names).take(least.max(last + 1));
+    if let Some((_, [name, _])) = { named }.find(|(value, _)| value.is_none()) {
+        let error = Error::new(format!("the lens's coefficient `{name}` is missing, others are there"));
+        return Err(error.help(format!("write `{name}: 0` if it was not calibrated")));
+    }
+    Ok(Some(values.into_iter().map(|value| value.unwrap_or(0.0)).collect()))
 }
 
 fn polynomial(list: &[f64]) -> Result<Lens<f64>> {

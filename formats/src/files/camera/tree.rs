@@ -17,7 +17,7 @@ pub(super) fn trees(text: &str) -> Result<Vec<Tree>> {
         return Ok(vec![from_xml(text)?]);
     }
     if text.lines().any(|line| line.trim() == "[image]") {
-        return Ok(vec![from_ini(text)]);
+        return Ok(vec![from_ini(text)?]);
     }
     let mut trees = Vec::new();
     for document in documents(text) {
@@ -83,24 +83,28 @@ fn elements(node: roxmltree::Node<'_, '_>) -> Tree {
 }
 
 /// The `.ini` of ROS's calibrator: a name on a line of its own, its numbers below it.
-fn from_ini(text: &str) -> Tree {
-    let (mut tree, mut name) = (Tree::new(), None);
-    for line in
-        text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with(['#', '[', ';']))
-    {
-        let numbers: Option<Vec<Value>> =
-            line.split_whitespace().map(|word| word.parse::<f64>().ok().map(Value::from)).collect();
-        match (numbers, &name) {
-            (Some(numbers), Some(name)) => {
-                let entry = tree.entry(String::clone(name)).or_insert_with(|| Value::Array(Vec::new()));
-                if let Value::Array(list) = entry {
-                    list.extend(numbers);
-                }
+fn from_ini(text: &str) -> Result<Tree> {
+    let (mut tree, mut name) = (Tree::new(), String::new());
+    for (before, line) in text.lines().enumerate() {
+        let line = line.trim();
+        if line.is_empty() || line.starts_with(['#', '[', ';']) {
+            continue;
+        }
+        let number = |word| str::parse::<f64>(word).map(Value::from).map_err(|_| word);
+        let numbers: std::result::Result<Vec<_>, _> = line.split_whitespace().map(number).collect();
+        match (numbers, tree.get_mut(&name)) {
+            (Ok(numbers), Some(Value::Array(list))) => list.extend(numbers),
+            (Err(word), _) if line.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) => {
+                let error = Error::new(format!("line {} holds `{word}`, which is no number", before + 1));
+                return Err(error.help("correct the camera file"));
             }
-            _ => name = Some(line.replace(' ', "_")),
+            _ => {
+                name = line.replace(' ', "_");
+                tree.insert(name.clone(), Value::Array(Vec::new()));
+            }
         }
     }
-    tree
+    Ok(tree)
 }
 
 fn scalar(word: &str) -> Value {

@@ -1,5 +1,9 @@
 //! Every kind of file with every kind of damage: one sentence with the file, the line or entry, and what to do.
+mod binary;
+mod cameras;
+
 use crate::command::{Folder, RIG};
+use cameras::CAMERAS;
 
 /// A kind of file: how it is called, what a sound one holds, the command that reads it, what a missing, an unknown and a
 /// wrong entry look like there (what is replaced, by what, and the words of the answer).
@@ -207,12 +211,15 @@ const MRCLAM: &[Kind] = &[
 ];
 
 fn kinds() -> impl Iterator<Item = &'static Kind> {
-    KINDS.iter().chain(MRCLAM)
+    KINDS.iter().chain(MRCLAM).chain(CAMERAS)
 }
 
 fn folder() -> Folder {
     let folder = Folder::new();
     folder.write("file-rig.toml", CAMERA_RIG).write("sound.tum", TUM);
+    for camera in CAMERAS {
+        folder.write(&format!("{}.toml", camera.name), CAMERA_RIG.replace("camera.yaml", camera.name));
+    }
     for name in ["0.png", "1.png", "2.png"] {
         folder.write(&format!("frames/{name}"), "");
         image::GrayImage::from_pixel(320, 240, image::Luma([90]))
@@ -272,6 +279,9 @@ fn what_does_no_damage_is_read() {
             format!("{}\n\n", kind.sound),
             format!("# a remark\n\n{}", kind.sound),
         ] {
+            if content.starts_with('#') && kind.name.ends_with(".xml") {
+                continue; // XML has other remarks
+            }
             folder.write(kind.name, content);
             folder.run(kind.command).success();
             let _ = std::fs::remove_dir_all(folder.path("out"));
