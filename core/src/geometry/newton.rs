@@ -19,7 +19,11 @@ pub(super) fn newton<T: Real, const N: usize>(
 
 #[inline(always)]
 fn all<T: Real, const N: usize>(
-    (distorted, bend, max_radius2): ([Vector2<T>; N], impl Fn(Vector2<T>) -> (Vector2<T>, Matrix2<T>) + Copy, T),
+    (distorted, bend, max_radius2): (
+        [Vector2<T>; N],
+        impl Fn(Vector2<T>) -> (Vector2<T>, Matrix2<T>) + Copy,
+        T,
+    ),
 ) -> [Option<(Vector2<T>, Matrix2<T>)>; N] {
     let mut searches = distorted.map(Search::new);
     for _ in 0..MAX_ITERATIONS {
@@ -163,7 +167,7 @@ impl<T: Real> Search<T> {
     #[inline(always)]
     fn moves(&mut self, ray: Vector2<T>, determined: bool) {
         self.ray = ray;
-        if !determined || !(ray.x.is_finite() && ray.y.is_finite()) {
+        if !(determined && ray.x.is_finite() && ray.y.is_finite()) {
             self.state = State::None;
         }
     }
