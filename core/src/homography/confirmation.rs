@@ -21,7 +21,7 @@
 //! Keypoints of one spot are one piece of evidence: of matches that begin or end within three sizes of one another the first
 //! counts alone, in the number of matches as in k.
 //!
-//! Of 588 pairs of different corridors that were not used to choose, none (SIFT) and 2 (BRIEF) are accepted, of 588 pairs of corridors that are next
+//! Of 588 pairs of different corridors that were not used to choose, none (SIFT) and 1 (BRIEF) are accepted, of 588 pairs of corridors that are next
 //! to plain 4 and 10, and of 1,509 pairs of different real and rendered places none (`tests/examples/homography_chance.rs`, first seed
 //! 801). Of pictures 0.12 m apart all are accepted in corridors with texture, and 84 and 69 of 84 in plain ones. The price: of pictures 1.2 m apart,
 //! where BRIEF's corners match no more often than by chance, a third to a half of the right homographies is refused.
