@@ -50,6 +50,7 @@ class RangeFinder:
         pixels: NDArray[np.float64],
         pixel_std: tuple[float, float] | None = None,
         mount_uncertainty: bool = False,
+        height_above_floor: float = 0.0,
     ) -> Sightings: ...
     def pixels(self, points: NDArray[np.float64]) -> NDArray[np.float64]: ...
 

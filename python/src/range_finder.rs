@@ -119,19 +119,21 @@ impl RangeFinder {
     ///     pixels: (N, 2) float64 of (u, v), px; read without a copy where contiguous.
     ///     pixel_std: (u, v), px; the rig's without it.
     ///     mount_uncertainty: adds the mount's, which is common to all pixels.
+    ///     height_above_floor: of what is seen, m: a switch, a lamp, a marker on a wall. Above the lens "above_horizon" means below it.
     ///
     /// Returns:
     ///     Sightings: arrays of N; NaN where a pixel sees no floor.
     ///
     /// Raises:
     ///     ValueError: another shape, or not contiguous.
-    #[pyo3(signature = (pixels, pixel_std = None, mount_uncertainty = false))]
+    #[pyo3(signature = (pixels, pixel_std = None, mount_uncertainty = false, height_above_floor = 0.0))]
     fn sight<'py>(
         &self,
         py: Python<'py>,
         pixels: PyReadonlyArray2<'py, f64>,
         pixel_std: Option<(f64, f64)>,
         mount_uncertainty: bool,
+        height_above_floor: f64,
     ) -> PyResult<Bound<'py, PyAny>> {
         let pixels = pairs(&pixels, "pixels")?;
         let covariance = match pixel_std {
@@ -141,7 +143,7 @@ impl RangeFinder {
         };
         let count = pixels.len();
         let mount_std = mount_uncertainty.then_some(&self.rig.mount_std);
-        let finder = &self.rig.finder;
+        let finder = &self.rig.finder.of_height(height_above_floor).map_err(value)?;
         // Each becomes an array as it is.
         let [mut range, mut bearing, mut x, mut y] = [(); 4].map(|()| vec![0.0; count]);
         let (mut covariances, mut status) = (vec![0.0; 4 * count], vec![0; count]);

@@ -21,6 +21,14 @@ def test_the_optical_axis_meets_the_floor_where_geometry_says():
     assert seen.ok.all() and len(seen) == 1
 
 
+def test_a_lamp_is_ranged_at_its_height():
+    up = finder(tilt=-0.2)
+    lamp = up.sight(np.array([[160.0, 120.0], [160.0, 239.0]]), height_above_floor=2.4)
+    assert lamp.range[0] == pytest.approx(2.0 / np.tan(0.2), abs=1e-12) and list(lamp.ok) == [True, False]
+    with pytest.raises(ValueError, match="height of the lens"):
+        up.sight(np.array([[160.0, 120.0]]), height_above_floor=0.4)
+
+
 def test_the_covariance_is_what_differences_of_pixels_give():
     camera = finder(distortion=[-0.2, 0.3, -0.005, -0.002, 0.0], roll=0.02, yaw=-0.1, forward=0.1, left=0.05)
     pixel, step = np.array([[100.0, 180.0]]), 1e-4

@@ -36,7 +36,7 @@ pub struct Arguments {
     /// Times of the frames, one a line, s.
     #[arg(long, value_name = "FILE")]
     times: Option<PathBuf>,
-    /// Odometry (CSV `t,v,omega` or `t,dx,dy,dtheta`).
+    /// Odometry (CSV `t,v,omega` or `t,dx,dy,dtheta`, or poses as TUM or `t,x,y,heading`).
     #[arg(long, value_name = "FILE")]
     odometry: Option<PathBuf>,
     /// Beams of a scan, evenly over the field; one a degree without it.

@@ -101,7 +101,7 @@ pub(super) struct Inputs {
     /// Times of the frames, one a line, s.
     #[arg(long, value_name = "FILE", num_args = 1..)]
     times: Vec<PathBuf>,
-    /// Odometry (CSV `t,v,omega` or `t,dx,dy,dtheta`); from the pictures without it.
+    /// Odometry (CSV `t,v,omega` or `t,dx,dy,dtheta`, or poses as TUM or `t,x,y,heading`); from the pictures without it.
     #[arg(long, value_name = "FILE", num_args = 1..)]
     odometry: Vec<PathBuf>,
     /// True trajectory (TUM or CSV), for the report.

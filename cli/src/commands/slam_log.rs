@@ -42,7 +42,7 @@ Example:
   monorange slam-log --odometry corridor-30/odometry.csv --measurements corridor-30/slam/observations.csv \\
     --truth corridor-30/truth.tum --out corridor-30/slam-log")]
 pub struct Arguments {
-    /// Odometry (CSV `t,v,omega` or `t,dx,dy,dtheta`).
+    /// Odometry (CSV `t,v,omega` or `t,dx,dy,dtheta`, or poses as TUM or `t,x,y,heading`).
     #[arg(long, value_name = "FILE", required_unless_present = "dataset")]
     odometry: Option<PathBuf>,
     /// Measurements (CSV `t,range,bearing[,id][,var_range,var_bearing]`).

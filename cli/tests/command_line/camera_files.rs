@@ -60,6 +60,15 @@ fn the_same_camera_comes_of_every_form() {
         format!(
             "%YAML:1.0\n\nCamera.type: \"PinHole\"\nCamera.fx: 600\nCamera.fy: 610\nCamera.cx: 320\nCamera.cy: 240\nCamera.{orb}"
         ),
+        // ORB-SLAM3: what two cameras share, and the other one.
+        format!(
+            "%YAML:1.0\nFile.version: \"1.0\"\nCamera.type: \"PinHole\"\nCamera1.fx: 600\nCamera1.fy: 610\nCamera1.cx: 320\nCamera1.cy: 240\n{}Camera.newWidth: 320\nCamera.RGB: 1\n",
+            orb.replace("Camera.p", "Camera1.p").replace("Camera.k", "Camera1.k").replacen("k1", "Camera1.k1", 1)
+        ),
+        // OpenVSLAM.
+        "Camera:\n  setup: monocular\n  model: perspective\n  fx: 600\n  fy: 610\n  cx: 320\n  cy: 240\n  k1: -0.3\n  k2: 0.1\n  p1: 0.001\n  p2: -0.002\n  k3: 0\n  cols: 640\n  rows: 480\n  color_order: RGB\n".to_owned(),
+        // nerfstudio's transforms.json.
+        "{\"w\": 640, \"h\": 480, \"fl_x\": 600, \"fl_y\": 610, \"cx\": 320, \"cy\": 240, \"k1\": -0.3, \"k2\": 0.1, \"p1\": 0.001, \"p2\": -0.002, \"camera_model\": \"OPENCV\", \"frames\": []}".to_owned(),
         "model_type: PINHOLE\ncamera_name: c\nimage_width: 640\nimage_height: 480\ndistortion_parameters:\n   k1: -0.3\n   k2: 0.1\n   p1: 0.001\n   p2: -0.002\nprojection_parameters:\n   fx: 600\n   fy: 610\n   cx: 320\n   cy: 240\n".to_owned(),
         format!(
             "# oST version 5.0 parameters\n\n\n[image]\n\nwidth\n640\n\nheight\n480\n\n[narrow_stereo]\n\ncamera matrix\n600 0 320\n0 610 240\n0 0 1\n\ndistortion\n{} 0\n\nrectification\n1 0 0\n0 1 0\n0 0 1\n\nprojection\n1 0 0 0\n0 1 0 0\n0 0 1 0\n",

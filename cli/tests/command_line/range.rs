@@ -43,6 +43,52 @@ fn the_variance_is_the_slope_of_the_range_squared() {
 }
 
 #[test]
+fn a_box_stands_where_its_lower_edge_is_and_keeps_its_label() {
+    let folder = Folder::new();
+    folder.write("rig.toml", FLAT);
+    let boxes = "label,u0,v0,u1,v1,score\nchair,100,60,220,200,0.9\n\"box, red\",10,20,40,5,0.8\ntable,0,100,300,239,0.7\n";
+    let csv = folder.run_with_input("range --rig rig.toml", boxes).success();
+    assert_eq!(
+        csv.lines().next().unwrap(),
+        "u,v,range,bearing,var_range,cov_range_bearing,var_bearing,x,y,status,label,score"
+    );
+    assert_eq!(column(&csv, "status"), ["ok", "above_horizon", "outside_image"]);
+    assert!(csv.lines().nth(2).unwrap().ends_with(",above_horizon,\"box, red\",0.8"), "{csv}");
+    // The same as the foot's pixel with the box's deviations: 2 px along the rows, a sixth of the width across.
+    let plain =
+        folder.run_with_input("range --rig rig.toml", "u,v\n160,200\n160,200.001\n161,200\n").success();
+    let number = |csv: &str, name: &str, row: usize| column(csv, name)[row].parse::<f64>().unwrap();
+    assert_eq!(number(&csv, "range", 0), number(&plain, "range", 0));
+    let by_v = (number(&plain, "range", 1) - number(&plain, "range", 0)) / 0.001;
+    assert!((number(&csv, "var_range", 0).sqrt() / (2.0 * by_v.abs()) - 1.0).abs() < 1e-3, "{csv}");
+    let by_u = number(&plain, "bearing", 2) - number(&plain, "bearing", 0);
+    assert!((number(&csv, "var_bearing", 0).sqrt() / (20.0 * by_u.abs()) - 1.0).abs() < 1e-2, "{csv}");
+    folder.fails("range --rig rig.toml --box-std 0 boxes.csv", &["boxes.csv"]);
+    folder
+        .write("boxes.csv", boxes)
+        .fails("range --rig rig.toml --box-std 0 boxes.csv", &["--box-std is 0", "help:"]);
+}
+
+#[test]
+fn a_target_above_the_floor_is_ranged_at_its_height() {
+    let folder = Folder::new();
+    folder.write("rig.toml", FLAT.replace("tilt_deg = 12.0", "tilt_deg = -12.0"));
+    // The optical axis goes 12° up: it meets 1.4 m, a metre above the lens, at 1/tan 12°.
+    let csv = folder
+        .run_with_input("range --rig rig.toml --height-above-floor 1.4", "u,v\n160,120\n160,239\n")
+        .success();
+    let range: f64 = column(&csv, "range")[0].parse().unwrap();
+    assert!((range - 1.0 / 12_f64.to_radians().tan()).abs() < 1e-12, "{range}");
+    assert_eq!(column(&csv, "status"), ["ok", "below_horizon"]);
+    folder.write("pixels.csv", "u,v\n160,120\n");
+    folder.fails(
+        "range --rig rig.toml --height-above-floor 0.4 pixels.csv",
+        &["0.4", "height of the lens", "help:"],
+    );
+    folder.fails("range --rig rig.toml --height-above-floor inf pixels.csv", &["finite"]);
+}
+
+#[test]
 fn every_pixel_has_a_status_and_numbers_only_when_ok() {
     let folder = Folder::new();
     folder.write("rig.toml", RIG);

@@ -68,6 +68,12 @@ impl<T: Real> Mount<T> {
         self.height
     }
 
+    /// The same mount over a plane that is so much higher than the floor; below the plane its height is negative.
+    pub(super) fn over(mut self, plane: T) -> Self {
+        self.height -= plane;
+        self
+    }
+
     /// Tilt downwards in radians.
     pub fn tilt(&self) -> T {
         self.tilt

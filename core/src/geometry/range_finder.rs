@@ -27,7 +27,7 @@ pub struct RangeFinder<T> {
 /// Why a pixel has no point on the floor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoFloor {
-    /// The pixel looks at or above the horizon.
+    /// The pixel looks at or above the horizon; for a plane above the lens, at or below it.
     AboveHorizon,
     /// The pixel is not in the picture, or the point is behind the camera or out of view.
     OutsideImage,
@@ -103,6 +103,33 @@ impl<T: Real> RangeFinder<T> {
     /// The range finder of a camera on a mount.
     pub fn new(camera: Camera<T>, mount: Mount<T>) -> Self {
         Self { camera, mount, robot_from_cam: mount.robot_from_cam() }
+    }
+
+    /// The same camera as the range finder of points that are `height` metres above the floor, a switch or a lamp: what it calls the
+    /// floor is the level plane there, which may be above the lens.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`](crate::Error::OutOfRange) for a plane through the lens, or a height that is not finite.
+    ///
+    /// ```
+    /// use monorange_core::geometry::{Camera, Mount, RangeFinder};
+    /// use nalgebra::Vector2;
+    /// let camera = Camera::new(320, 240, [365.0, 365.0], [160.0, 120.0], 0.0, Default::default())?;
+    /// let finder = RangeFinder::new(camera, Mount::new([0.5, -0.2, 0.0, 0.0, 0.0, 0.0])?); // 0.2 rad up
+    /// let lamp = finder.of_height(2.5)?.sight(Vector2::new(160.0, 120.0)).expect("the optical axis meets 2.5 m");
+    /// assert!((lamp.range - 2.0 / 0.2_f64.tan()).abs() < 1e-12);
+    /// # Ok::<(), monorange_core::Error>(())
+    /// ```
+    pub fn of_height(&self, height: T) -> crate::Result<Self> {
+        let mount = self.mount.over(height);
+        if !mount.height().is_finite() || mount.height().abs() < T::default_epsilon().sqrt() {
+            return Err(crate::Error::OutOfRange {
+                name: "height above the floor",
+                value: height.to_f64(),
+                expected: "a finite number, and not the height of the lens",
+            });
+        }
+        Ok(Self { mount, ..*self })
     }
 
     /// The same range finder in another scalar.
@@ -235,7 +262,9 @@ impl<T: Real> RangeFinder<T> {
 
     fn direction_from_ray(&self, ray: Vector2<T>) -> Result<Vector3<T>, NoFloor> {
         let direction = self.robot_from_cam * ray.push(T::one());
-        if direction.z < T::zero() { Ok(direction) } else { Err(NoFloor::AboveHorizon) }
+        let meets =
+            if self.mount.height() > T::zero() { direction.z < T::zero() } else { direction.z > T::zero() };
+        if meets { Ok(direction) } else { Err(NoFloor::AboveHorizon) }
     }
 
     fn floor_from_direction(&self, direction: &Vector3<T>) -> Vector2<T> {

@@ -1,4 +1,4 @@
-use super::Table;
+use super::{Stamped, Table, trajectory};
 use crate::{Error, Result, plausibility};
 use monorange_core::pipeline;
 use nalgebra::{Matrix2, Vector2};
@@ -56,7 +56,8 @@ pub struct Odometry {
 
 impl Odometry {
     /// The odometry in a CSV, either `t,v,omega` (holds until the next line; the last one as long as the line
-    /// before it did) or `t,dx,dy,dtheta` (increments in the robot frame since the line before).
+    /// before it did) or `t,dx,dy,dtheta` (increments in the robot frame since the line before); or as poses that the wheels
+    /// were added up to, in any form of [`read_trajectory`](super::read_trajectory): what counts is how they differ.
     ///
     /// Of lines with one time the last one holds, and their increments add up; a line that is there twice counts once.
     /// A gap in a log of speeds is bridged: the last line holds for a usual step, then nothing is known
@@ -66,7 +67,15 @@ impl Odometry {
     /// When the file cannot be read, lacks a column, holds something else than finite numbers, is too short, or
     /// its times run backwards or are no seconds.
     pub fn read(path: &Path) -> Result<Self> {
-        Self::from_table(&Table::read(path)?)
+        let text = super::read_text(path)?;
+        if trajectory::is_columns(&text) {
+            return Self::from_poses(path, &trajectory::parse(path, &text)?);
+        }
+        let table = Table::parse(path, &text)?;
+        match table.has("x") && table.has("y") && !table.has("v") && !table.has("dx") {
+            true => Self::from_poses(path, &trajectory::parse(path, &text)?),
+            false => Self::from_table(&table),
+        }
     }
 
     /// As [`read`](Self::read), of a table at hand.
@@ -76,18 +85,32 @@ impl Odometry {
     pub fn from_table(table: &Table) -> Result<Self> {
         let increments = table.has("dx") && !table.has("v");
         let odometry = if increments { Self::from_increments(table)? } else { Self::from_speeds(table)? };
-        if odometry.spans.is_empty() {
-            let error = Error::new(format!(
-                "has {} lines of odometry, at least 2 at different times are needed",
-                table.lines().len()
-            ));
-            return Err(error
-                .at(table.path())
-                .help("give t,v,omega or t,dx,dy,dtheta over the whole sequence"));
+        odometry.checked(table.path(), table.lines().len())
+    }
+
+    /// Fails where nothing moves between two times, and warns of motions that no robot makes.
+    fn checked(self, path: &Path, lines: usize) -> Result<Self> {
+        if self.spans.is_empty() {
+            let cause = format!("has {lines} lines of odometry, at least 2 at different times are needed");
+            let help = "give t,v,omega or t,dx,dy,dtheta or poses over the whole sequence";
+            return Err(Error::new(cause).at(path).help(help));
         }
-        let motions = odometry.spans.iter().map(|(_, span)| [span.velocity.norm(), span.turn_rate]);
-        plausibility::check_motion(table.path(), motions);
-        Ok(odometry)
+        let motions = self.spans.iter().map(|(_, span)| [span.velocity.norm(), span.turn_rate]);
+        plausibility::check_motion(path, motions);
+        Ok(self)
+    }
+
+    fn from_poses(path: &Path, poses: &[Stamped]) -> Result<Self> {
+        let steps: Vec<_> = poses
+            .windows(2)
+            .filter_map(|pair| {
+                let [before, after] = pair else { return None };
+                let step = before.pose.inverse().compose(&after.pose);
+                Some([after.time, step.x, step.y, step.heading])
+            })
+            .collect();
+        let first = poses.first().map(|first| [first.time, 0.0, 0.0, 0.0]);
+        Self::from_steps(path, &first.into_iter().chain(steps).collect::<Vec<_>>()).checked(path, poses.len())
     }
 
     fn from_speeds(table: &Table) -> Result<Self> {
@@ -144,16 +167,21 @@ impl Odometry {
             let (sin, cos) = libm::sincos(last[3]);
             *last = [time, last[1] + cos * dx - sin * dy, last[2] + sin * dx + cos * dy, last[3] + turn];
         })?;
+        Ok(Self::from_steps(table.path(), &rows))
+    }
+
+    /// Of rows (t, dx, dy, dtheta), at growing times.
+    fn from_steps(path: &Path, rows: &[[f64; 4]]) -> Self {
         let times: Vec<_> = rows.iter().map(|row| row[0]).collect();
         let (_, gaps) = plausibility::gaps(&times);
-        warn_of_gaps(table.path(), &times, &gaps, "the line after it is taken to hold the whole motion");
+        warn_of_gaps(path, &times, &gaps, "the line after it is taken to hold the whole motion");
         let spans = rows.windows(2).filter_map(|pair| {
             let &[[start, ..], [end, dx, dy, turn]] = pair else { return None };
             let duration = end - start;
             let velocity = arc_from_step(Vector2::new(dx, dy), turn) / duration;
             Some((start, Control { velocity, turn_rate: turn / duration, duration, unknown: [0.0; 2] }))
         });
-        Ok(Self { spans: spans.collect(), end: rows.last().map_or(0.0, |row| row[0]) })
+        Self { spans: spans.collect(), end: rows.last().map_or(0.0, |row| row[0]) }
     }
 
     /// The times between which it is known.
@@ -293,6 +321,32 @@ mod tests {
         let table = Table::parse(Path::new("odometry.csv"), text).unwrap();
         if text.contains("dx") { Odometry::from_increments(&table) } else { Odometry::from_speeds(&table) }
             .unwrap()
+    }
+
+    #[test]
+    fn poses_are_as_good_as_their_differences() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let step = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, text).expect("a file");
+            Odometry::read(&path).expect("sound odometry").step(0.5, 2.0)
+        };
+        // Straight on for a metre, then a quarter turn to the left round a circle of one metre, seen from elsewhere.
+        let increments = step("steps.csv", "t,dx,dy,dtheta\n0,0,0,0\n1,1,0,0\n2,1,1,1.5707963267948966\n");
+        let poses = step(
+            "poses.csv",
+            "t,x,y,heading\n0,5,5,3.0\n1,4.010007503399555,5.141120008059867,3.0\n2,2.8788949987392423,4.2922475195192895,-1.7123889803846897\n",
+        );
+        let tum = step(
+            "odom.tum",
+            "0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n2 2 1 0 0 0 0.7071067811865476 0.7071067811865476\n",
+        );
+        for other in [poses, tum] {
+            assert!(
+                (other.0 - increments.0).norm() < 1e-9 && (other.1 - increments.1).abs() < 1e-9,
+                "{other:?} {increments:?}"
+            );
+        }
     }
 
     #[test]

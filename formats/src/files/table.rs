@@ -137,6 +137,14 @@ impl Table {
         check_order(&self.path, times.into_iter().zip(self.lines()))
     }
 
+    /// The columns of other names than these, each with its name and its cells as they are.
+    pub fn others<'a>(&'a self, names: &[&str]) -> Vec<(&'a str, Vec<&'a str>)> {
+        let others = self.header.iter().enumerate().filter(|(_, name)| !names.contains(&name.as_str()));
+        let cells =
+            |place: usize| self.rows.iter().map(|row| row.cells.get(place).unwrap_or_default()).collect();
+        others.map(|(place, name)| (name.as_str(), cells(place))).collect()
+    }
+
     /// The line in the file of one row.
     pub(crate) fn line_of(&self, row: usize) -> u64 {
         self.rows.get(row).map_or(0, |row| row.line)

@@ -33,15 +33,29 @@ const COVARIANCES: [&str; 6] = ["var_x", "cov_xy", "cov_xh", "var_y", "cov_yh", 
 /// When the file cannot be read, holds no pose, a line is malformed, times run backwards or are no seconds, or the poses
 /// are not those of a robot on a floor.
 pub fn read_trajectory(path: &Path) -> Result<Vec<Stamped>> {
-    let text = super::read_text(path)?;
-    let first = text.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with('#'));
-    let poses = match first {
+    parse(path, &super::read_text(path)?)
+}
+
+/// The first line that says something.
+fn first_line(text: &str) -> Option<&str> {
+    text.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with('#'))
+}
+
+/// Whether a text begins with numbers between blanks, TUM's eight or KITTI's twelve.
+pub(super) fn is_columns(text: &str) -> bool {
+    let words = || first_line(text).into_iter().flat_map(str::split_whitespace);
+    words().count() >= 8 && words().all(super::table::is_decimal_comma_or_number)
+}
+
+/// As [`read_trajectory`], of a text that came from `path`.
+pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Stamped>> {
+    let poses = match first_line(text) {
         None => Vec::new(),
         Some(line) if line.split_whitespace().all(super::table::is_decimal_comma_or_number) => {
-            from_columns(path, &text)?
+            from_columns(path, text)?
         }
-        Some(line) if line.contains([',', ';', '\t']) => from_csv(&Table::parse(path, &text)?)?,
-        Some(_) => from_columns(path, &text)?,
+        Some(line) if line.contains([',', ';', '\t']) => from_csv(&Table::parse(path, text)?)?,
+        Some(_) => from_columns(path, text)?,
     };
     if poses.is_empty() {
         return Err(Error::new("holds no pose").at(path).help("give a TUM file or a CSV with t,x,y,heading"));

@@ -113,6 +113,14 @@ const HARMLESS: &[&str] = &[
     "cameracalibrationmethod",
     "error",
     "isglobalshutter",
+    "newwidth",
+    "newheight",
+    "colororder",
+    "setup",
+    "frames",
+    "plyfilepath",
+    "cameraangle*",
+    "aabbscale",
     "linedelayns",
 ];
 
@@ -219,7 +227,7 @@ impl<'a> Entries<'a> {
     pub(super) fn finish(&self) -> Result<()> {
         let asked = self.asked.borrow();
         let mut unknown = Vec::new();
-        for (key, value) in self.tree {
+        for (key, value) in self.tree.iter().filter(|(key, _)| !self.is_a_siblings(key)) {
             let name = self.plain(key);
             let known = asked.iter().any(|asked| plain(asked) == name);
             let harmless = HARMLESS.iter().any(|harmless| match harmless.strip_suffix('*') {
@@ -257,8 +265,18 @@ impl<'a> Entries<'a> {
         key.map_or_else(|| names.first().copied().unwrap_or_default().to_owned(), String::clone)
     }
 
+    /// Of two cameras `Camera1.` and `Camera2.` what they share is called `Camera.`.
     fn plain(&self, name: &str) -> String {
-        plain(name.strip_prefix(self.prefix).unwrap_or(name))
+        let shared = self.prefix.trim_end_matches(|c: char| c == '.' || c.is_ascii_digit());
+        let of_both = || name.strip_prefix(shared).and_then(|rest| rest.strip_prefix('.'));
+        plain(name.strip_prefix(self.prefix).or_else(of_both).unwrap_or(name))
+    }
+
+    /// Whether an entry is of the other one of two cameras.
+    fn is_a_siblings(&self, name: &str) -> bool {
+        let own = ["Camera1.", "Camera2."].contains(&self.prefix);
+        own && !name.starts_with(self.prefix)
+            && (name.starts_with("Camera1.") || name.starts_with("Camera2."))
     }
 }
 

@@ -31,8 +31,8 @@ const COEFFICIENTS: [&str; 12] = [
     "coeffs",
     "distortion_vector",
 ];
-const WIDTH: [&str; 4] = ["image_width", "width", "resolution_width", "img_width"];
-const HEIGHT: [&str; 4] = ["image_height", "height", "resolution_height", "img_height"];
+const WIDTH: [&str; 6] = ["image_width", "width", "resolution_width", "img_width", "cols", "w"];
+const HEIGHT: [&str; 6] = ["image_height", "height", "resolution_height", "img_height", "rows", "h"];
 const SIZE: [&str; 4] = ["resolution", "image_size", "img_size", "size"];
 
 /// Camera `number` of those in a tree.
@@ -200,8 +200,8 @@ fn projection(entries: &Entries<'_>, matrix: &[&'static str]) -> Result<([[f64; 
     let own = nested.map(|nested| Entries::new(nested, ""));
     let entries = own.as_ref().unwrap_or(entries);
     let names: [&[&'static str]; 4] = [
-        &["fx", "fu", "f_x"],
-        &["fy", "fv", "f_y"],
+        &["fx", "fu", "f_x", "fl_x"],
+        &["fy", "fv", "f_y", "fl_y"],
         &["cx", "u0", "ppx", "c_x"],
         &["cy", "v0", "ppy", "c_y"],
     ];
