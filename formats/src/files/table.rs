@@ -151,7 +151,9 @@ impl Table {
     }
 
     fn place(&self, column: &str) -> Option<usize> {
-        self.header.iter().position(|name| name == column)
+        let find = |wanted: &str| self.header.iter().position(|name| name == wanted);
+        let other = || if column == "heading" { find("yaw").or_else(|| find("theta")) } else { None };
+        find(column).or_else(other)
     }
 
     fn places<const N: usize>(&self, columns: [&str; N]) -> Result<[usize; N]> {

@@ -285,5 +285,9 @@ mod tests {
         let poses =
             read("own.csv", "t,x,y,heading,var_x,cov_xy,cov_xh,var_y,cov_yh,var_h\n0,1,2,0,,,,,,\n").unwrap();
         assert_eq!((poses[0].pose.x, poses[0].covariance), (1.0, None));
+        for heading in ["yaw", "Theta [rad]"] {
+            let poses = read("other.csv", &format!("time,x,y,{heading}\n0,1,2,0.5\n")).unwrap();
+            assert_eq!(poses[0].pose.heading, 0.5);
+        }
     }
 }
