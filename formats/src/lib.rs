@@ -9,6 +9,7 @@
 //! | [`evaluation`] | a trajectory and a map against the truth |
 //! | [`extraction`] | the core's extractor with memory from the heap |
 //! | [`draw`] | overlays |
+//! | [`grid`] | an occupancy grid of scans, for map servers |
 //! | [`report`] | what a run writes: `report.html` and the plain files |
 //! | [`plausibility`] | what numbers that cannot be meant look like, a file a subject |
 //! | [`warnings`] | what looks wrong and is used all the same |
@@ -25,6 +26,7 @@ mod error;
 pub mod evaluation;
 pub mod extraction;
 pub mod files;
+pub mod grid;
 pub mod pictures;
 pub mod plausibility;
 pub mod report;

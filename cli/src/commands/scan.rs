@@ -76,7 +76,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     let mut scanner = scanner(&rig, config)?;
     let mut outputs = arguments.overlay.as_deref().map(Overlays::into_folder).transpose()?;
-    let mut table = "t,bearing,free,range,var_range,kind\n".to_owned();
+    let mut table = HEADER.to_owned();
     let bar = progress::bar(sequence.images.len(), "pictures");
     let (mut before, mut read): (Option<f64>, usize) = (None, 0);
     for (image, time) in sequence.images.iter().zip(&sequence.times) {
@@ -116,6 +116,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     to_file_or_stdout(arguments.out.as_deref(), |out| out.write_all(table.as_bytes()))
 }
 
+/// What the columns are.
+pub(super) const HEADER: &str = "t,bearing,free,range,var_range,kind\n";
+
 /// Takes the robot's motion between two pictures.
 pub(super) fn travel(scanner: &mut Scanner, odometry: Option<&Odometry>, from: f64, to: f64) {
     let Some(odometry) = odometry else { return scanner.forget_past() };
@@ -129,7 +132,7 @@ pub(super) fn travel(scanner: &mut Scanner, odometry: Option<&Odometry>, from: f
 }
 
 /// One beam as a line of the table.
-fn row(table: &mut String, time: f64, reading: &Reading) {
+pub(super) fn row(table: &mut String, time: f64, reading: &Reading) {
     let Reading { bearing, free, range, var_range, kind } = reading;
     let _ = match range {
         Some(range) => writeln!(table, "{time},{bearing},{free},{range},{var_range},{}", kind.name()),

@@ -1,4 +1,5 @@
 //! `slam`: a sequence of pictures → trajectory, map, and a report about both.
+mod scanned;
 mod several;
 
 use crate::{
@@ -25,6 +26,7 @@ use monorange_formats::{
     report::{self, Carried, OUTPUTS, Observation, Run, SHOTS, Shot},
 };
 use nalgebra::Vector2;
+use scanned::Scanned;
 use std::{
     path::{Path, PathBuf},
     time::Instant,
@@ -51,7 +53,7 @@ use std::{
 Example:
   monorange simulate --scene corridor --frames 30 --out corridor-30
   monorange slam --rig corridor-30/rig.toml --frames corridor-30/frames \\
-    --odometry corridor-30/odometry.csv --truth corridor-30/truth.tum --out corridor-30/slam
+    --odometry corridor-30/odometry.csv --truth corridor-30/truth.tum --scan --out corridor-30/slam
 
   # several drives at once
   monorange simulate --scene corridor --frames 30 --seed 1 --out drives/first
@@ -66,6 +68,10 @@ pub struct Arguments {
     /// The folder to write to.
     #[arg(long, value_name = "DIR", default_value = "monorange-slam")]
     out: PathBuf,
+    /// Also scan the floor in every picture (`monorange scan`): `scan.csv`, and the grid of all scans along the path as map servers of ROS
+    /// and Nav2 read it, `map.pgm` with `map.yaml`.
+    #[arg(long)]
+    scan: bool,
     /// Also write the run as a recording of ROS 2 (MCAP), for Foxglove, rerun and `ros2 bag`.
     #[arg(long, value_name = "FILE")]
     mcap: Option<PathBuf>,
@@ -122,18 +128,27 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         return several::run(arguments, &drives);
     }
     let (rig, sequence) = arguments.inputs.read()?;
-    let mut outputs = Outputs::of_a_run(&arguments.out, &OUTPUTS, "report.json")?;
+    let mut outputs = arguments.outputs(&arguments.out)?;
     let mut drive = Drive::new(arguments, &arguments.inputs, &rig, &sequence)?;
     let bar = progress::bar(sequence.images.len(), "frames");
     drive.all_frames(&bar)?;
     bar.finish_and_clear();
-    let (mut run, mcap) = drive.finish(&arguments.inputs)?;
+    let (mut run, mcap, scanned) = drive.finish(&arguments.inputs)?;
     results::write(&mut outputs, &mut run)?;
+    scanned.iter().try_for_each(|scanned| scanned.write(&mut outputs))?;
     outputs.commit()?;
     if let Some(mut mcap) = mcap {
         to_file_or_stdout(arguments.mcap.as_deref(), |out| std::io::copy(&mut mcap, out).map(drop))?;
     }
     results::print(&run, &arguments.out, arguments.json)
+}
+
+impl Arguments {
+    /// The folder of one drive's results.
+    fn outputs(&self, folder: &Path) -> Result<Outputs> {
+        let scans: &[&str] = if self.scan { &scanned::OUTPUTS } else { &[] };
+        Outputs::of_a_run(folder, &[&OUTPUTS, scans].concat(), "report.json")
+    }
 }
 
 impl Inputs {
@@ -255,6 +270,8 @@ struct Drive<'a> {
     shots: Vec<Option<(usize, Shot)>>,
     /// The run as a recording, where one is wanted.
     mcap: Option<McapOutput>,
+    /// Its scans, where they are wanted.
+    scanned: Option<Scanned>,
 }
 
 impl<'a> Drive<'a> {
@@ -271,7 +288,8 @@ impl<'a> Drive<'a> {
         run.carried = (config.carrier != Carrier::Map).then(Carried::default);
         let (frozen, shots) = (FrozenCamera::default(), vec![None; SHOTS]);
         let mcap = arguments.mcap.as_ref().map(|_| McapOutput::new(rig)).transpose()?;
-        Ok(Self { sequence, rig, pipeline, start, reached: start, frozen, run, shots, mcap })
+        let scanned = arguments.scan.then(|| Scanned::new(rig)).transpose()?;
+        Ok(Self { sequence, rig, pipeline, start, reached: start, frozen, run, shots, mcap, scanned })
     }
 
     fn all_frames(&mut self, bar: &ProgressBar) -> Result<()> {
@@ -321,6 +339,9 @@ impl<'a> Drive<'a> {
             stage.times_ms.push(spent);
         }
         self.note(frame, time, &report);
+        if let Some(scanned) = &mut self.scanned {
+            scanned.look(time, picture.grey()?, self.sequence.odometry.as_ref(), &report)?;
+        }
         self.shoot(frame, time, &report, picture)
     }
 
@@ -373,8 +394,8 @@ impl<'a> Drive<'a> {
         Ok(())
     }
 
-    /// What the run found, and its recording where one is wanted.
-    fn finish(mut self, arguments: &Inputs) -> Result<(Run, Option<std::fs::File>)> {
+    /// What the run found, its recording and its scans where they are wanted.
+    fn finish(mut self, arguments: &Inputs) -> Result<(Run, Option<std::fs::File>, Option<Scanned>)> {
         self.run.map = confirmed_map(self.pipeline.filter(), self.start);
         let health = self.pipeline.health();
         (self.run.verdict, self.run.reason) = match self.frozen.judge() {
@@ -386,7 +407,7 @@ impl<'a> Drive<'a> {
         add_truth(&mut self.run, arguments, self.sequence, self.start)?;
         let end = self.run.trajectory.last().map_or(self.start, |pose| pose.time);
         let mcap = self.mcap.map(|mcap| mcap.finish(end, &self.run.map)).transpose()?;
-        Ok((self.run, mcap))
+        Ok((self.run, mcap, self.scanned))
     }
 }
 

@@ -118,10 +118,8 @@ impl<T: Real> HomographyEstimate<T> {
 /// Whether no match before this one begins or ends where it does: the keypoints of one corner or spot are one piece of evidence.
 fn is_a_place_of_its_own(index: usize, ends: &[[Keypoint; 2]]) -> bool {
     let near = |a: &Keypoint, b: &Keypoint| {
-        (a.pixel - b.pixel).norm_squared() < {
-            let apart = APART * a.scale.max(b.scale);
-            apart * apart
-        }
+        let apart = APART * a.scale.max(b.scale);
+        (a.pixel - b.pixel).norm_squared() < apart * apart
     };
     let mut before = ends.iter().take(index);
     ends.get(index).is_some_and(|[from, to]| !before.any(|[f, t]| near(f, from) || near(t, to)))

@@ -6,7 +6,7 @@ use crate::{
     warnings,
 };
 use indicatif::ProgressBar;
-use monorange_formats::{Error, Result, report::OUTPUTS};
+use monorange_formats::{Error, Result};
 use std::{
     collections::HashSet,
     num::NonZero,
@@ -89,12 +89,13 @@ fn one(
     begin: impl Fn(usize),
 ) -> Result<String> {
     let (rig, sequence) = inputs.read()?;
-    let mut outputs = Outputs::of_a_run(out, &OUTPUTS, "report.json")?;
+    let mut outputs = arguments.outputs(out)?;
     let mut drive = Drive::new(arguments, inputs, &rig, &sequence)?;
     begin(sequence.images.len());
     drive.all_frames(bar)?;
-    let (mut run, _) = drive.finish(inputs)?;
+    let (mut run, _, scanned) = drive.finish(inputs)?;
     results::write(&mut outputs, &mut run)?;
+    scanned.iter().try_for_each(|scanned| scanned.write(&mut outputs))?;
     outputs.commit()?;
     Ok(results::summary(&run, out, arguments.json)?.trim_end().to_owned())
 }

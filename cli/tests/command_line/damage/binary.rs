@@ -37,8 +37,8 @@ fn a_damaged_picture_is_answered_with_its_name_and_what_to_do() {
             &["is not a PNG, JPEG or PNM picture", "save it as PNG"],
         ),
         (
-            "bitmap.bmp",
-            b"BM\x36\x04\x01\x00\x00\x00".to_vec(),
+            "picture.webp",
+            b"RIFF\x24\x00\x00\x00WEBPVP8 ".to_vec(),
             &["is not a PNG, JPEG or PNM picture", "save it as PNG"],
         ),
         ("head.png", png[..20].to_vec(), &["damaged or cut short"]),

@@ -1,0 +1,65 @@
+//! `slam --scan`: the virtual scan of every picture, and the grid that the scans make along the path.
+use crate::{
+    commands::scan::{HEADER, row, travel},
+    outputs::Outputs,
+};
+use monorange_core::{
+    geometry::Pose,
+    image::Grey,
+    pipeline::{MovedBy, Report},
+    scan::{ScanConfig, Scanner},
+};
+use monorange_formats::{
+    Error, Result,
+    extraction::scanner,
+    files::{Odometry, Rig},
+    grid::Scans,
+};
+
+/// What it writes beside a run's own files.
+pub(super) const OUTPUTS: [&str; 3] = ["scan.csv", "map.pgm", "map.yaml"];
+
+/// The scans of a drive so far.
+pub(super) struct Scanned {
+    scanner: Box<Scanner>,
+    table: String,
+    scans: Scans,
+    before: Option<(f64, Pose<f32>)>,
+}
+
+impl Scanned {
+    pub(super) fn new(rig: &Rig) -> Result<Self> {
+        let scanner = scanner(rig, ScanConfig::default())?;
+        Ok(Self { scanner, table: HEADER.to_owned(), scans: Scans::default(), before: None })
+    }
+
+    /// Scans the picture at a time, from where the run has put the robot: with the motion of the wheels since the picture before as
+    /// `monorange scan` takes it, without wheels with the run's.
+    pub(super) fn look(
+        &mut self,
+        time: f64,
+        picture: Grey<'_>,
+        odometry: Option<&Odometry>,
+        report: &Report,
+    ) -> Result<()> {
+        match self.before {
+            None => {}
+            Some((before, _)) if odometry.is_some() => travel(&mut self.scanner, odometry, before, time),
+            Some(_) if report.moved_by == MovedBy::Held => self.scanner.forget_past(),
+            Some((_, before)) => self.scanner.moved(&before.inverse().compose(&report.pose)),
+        }
+        self.before = Some((time, report.pose));
+        let readings = self.scanner.scan(picture).map_err(Error::new)?;
+        readings.iter().for_each(|reading| row(&mut self.table, time, reading));
+        self.scans.add(report.pose, readings);
+        Ok(())
+    }
+
+    pub(super) fn write(&self, outputs: &mut Outputs) -> Result<()> {
+        let grid = self.scans.grid();
+        let [table, picture, words] = OUTPUTS;
+        outputs.write(table, |out| out.write_all(self.table.as_bytes()))?;
+        outputs.write(picture, |out| grid.write_pgm(out))?;
+        outputs.write(words, |out| grid.write_yaml(out))
+    }
+}
