@@ -22,6 +22,8 @@ const MARGIN: f32 = 0.5;
 /// Log-odds of a cell that a beam goes through, and of one that it ends in (judgement: an end is told twice as surely as a passage).
 const FREE: f32 = -0.4;
 const OCCUPIED: f32 = 0.85;
+/// Standard deviation of an end that is marked at all, in cells: what is less sure would make thick walls of many scans.
+const SURE: f32 = 4.0;
 /// Log-odds beyond which evidence does not add up, so that who walked through is forgotten.
 const CLAMP: f32 = 3.5;
 /// Occupied and free above and below these probabilities; the values that map servers know them by.
@@ -113,7 +115,8 @@ impl Grid {
             let next = bearing(place + 1).or(place.checked_sub(1).and_then(bearing));
             let width = next.map_or(0.0, |next| (next - reading.bearing).abs());
             let std = reading.var_range.sqrt().max(0.5 * self.resolution);
-            let far = reading.range.map_or(reading.free, |range| range + std);
+            let sure = reading.range.filter(|_| std <= SURE * self.resolution);
+            let far = sure.map_or(reading.free, |range| range + std);
             // Rays so dense that no cell lies between two.
             let rays = (far * width / (0.7 * self.resolution)).ceil().clamp(1.0, 64.0) as usize;
             for ray in 0..rays {
@@ -121,10 +124,10 @@ impl Grid {
                 let along = |distance: f32| self.cell(end(pose, reading.bearing + turn, distance));
                 for step in 0..(far / (0.5 * self.resolution)) as usize + 1 {
                     let distance = 0.5 * self.resolution * step as f32;
-                    let evidence = match reading.range {
+                    let evidence = match sure {
                         // The less sure, the more cells share what is known of the end.
                         Some(range) if (distance - range).abs() <= std => {
-                            OCCUPIED * (0.5 * self.resolution / std).max(0.1)
+                            OCCUPIED * 0.5 * self.resolution / std
                         }
                         _ if distance < reading.free - 0.5 * self.resolution => FREE,
                         _ => continue,
@@ -207,7 +210,7 @@ mod tests {
                 Reading { bearing, free, range, var_range: 0.0004, kind }
             };
             let readings: Vec<_> = (-23..=23).map(reading).collect();
-            for _ in 0..3 {
+            for _ in 0..6 {
                 scans.add(Pose::new(0.0, 0.0, heading), &readings);
             }
         }

@@ -69,6 +69,27 @@ fn a_drive_gives_every_file_and_they_agree() {
 }
 
 #[test]
+fn scans_on_the_way_are_those_of_the_scan_and_make_a_grid() {
+    let folder = simulated(12);
+    folder.run(&format!("{RUN} --scan --out out")).success();
+    folder
+        .run("scan --rig sim/rig.toml --frames sim/frames --odometry sim/odometry.csv --out scan.csv")
+        .success();
+    assert_eq!(folder.read("out/scan.csv"), folder.read("scan.csv"));
+    let yaml = folder.read("out/map.yaml");
+    assert!(yaml.starts_with("image: map.pgm\nmode: trinary\nresolution: 0.05\norigin: ["), "{yaml}");
+    let grid = image::open(folder.path("out/map.pgm")).unwrap().to_luma8();
+    let of = |grey: u8| grid.pixels().filter(|pixel| pixel.0 == [grey]).count();
+    let all = grid.pixels().count();
+    assert_eq!(of(0) + of(205) + of(254), all);
+    // A corridor 2 m wide, some 8 m of it seen, between walls.
+    assert!(of(254) > 2000 && of(0) > 50 && of(205) > all / 4, "{} {} {all}", of(254), of(0));
+    // Without wheels as well, by the run's own motion.
+    folder.run("slam --rig sim/rig.toml --frames sim/frames --scan --out alone").success();
+    assert_eq!(folder.read("alone/scan.csv").lines().count(), folder.read("scan.csv").lines().count());
+}
+
+#[test]
 fn the_same_run_gives_the_same_files_and_moved_times_change_nothing_else() {
     let folder = simulated(12);
     folder.run(&format!("{RUN} --out one")).success();
