@@ -54,7 +54,7 @@ pub(super) fn camera(
             format!("holds {} cameras ({}), of which {} is used", names.len(), names.join(", "), chosen.name);
         Error::new(cause)
             .at(path)
-            .help("choose another one with --camera N, counted from 0, or leave the others out of the file")
+            .help("leave the others out of the file, or choose on the command line with --camera N, counted from 0")
             .warn();
     }
     chosen.read(size).map_err(|error| match (names.len(), tree.get(&chosen.name)) {
