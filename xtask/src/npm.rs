@@ -129,15 +129,15 @@ fn configuration() -> Result<String> {
 const TRY: &str = r"
 import { build, createServer, preview, version } from 'vite';
 import { spawn } from 'node:child_process';
-import { mkdtempSync, rmSync } from 'node:fs';
-import { tmpdir } from 'node:os';
-import { join } from 'node:path';
+import { mkdtempSync } from 'node:fs';
+import { resolve as absolute } from 'node:path';
 
 const [browser, wanted] = process.argv.slice(2);
 const own = { logLevel: 'warn', server: { host: '127.0.0.1' }, preview: { host: '127.0.0.1' } };
 
 async function console_of(address) {
-  const profile = mkdtempSync(join(tmpdir(), 'monorange-npm-'));
+  // Stays where it is: the browser's helpers outlive it, and write while it would be removed.
+  const profile = mkdtempSync(absolute('profile-'));
   const words = ['--headless', '--no-sandbox', '--disable-gpu', '--enable-logging=stderr', `--user-data-dir=${profile}`];
   const child = spawn(browser, [...words, '--remote-debugging-port=0', address], { stdio: ['ignore', 'ignore', 'pipe'] });
   let said = '';
@@ -149,11 +149,7 @@ async function console_of(address) {
       if (said.includes(wanted) || /Uncaught/.test(said)) resolve(clearTimeout(patience));
     });
   });
-  const gone = new Promise((resolve) => child.exitCode === null ? child.on('exit', resolve) : resolve());
   child.kill();
-  await gone;
-  // The browser's helpers outlive it for a moment, and write.
-  rmSync(profile, { recursive: true, force: true, maxRetries: 20, retryDelay: 100 });
   if (!said.includes(wanted)) throw new Error(`${address} does not say ${wanted}:\n${said}`);
 }
 
