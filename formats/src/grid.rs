@@ -43,6 +43,11 @@ impl Scans {
         self.0.push((pose, readings.to_vec()));
     }
 
+    /// Puts them into another world, in which theirs is `moved`.
+    pub fn put(&mut self, moved: &Pose<f32>) {
+        self.0.iter_mut().for_each(|(pose, _)| *pose = moved.compose(pose));
+    }
+
     /// The grid that they make.
     pub fn grid(&self) -> Grid {
         let mut grid = Grid::around(self);

@@ -98,7 +98,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     run.verdict = health.verdict();
     run.reason = health.reason();
     run.mean_nis = health.mean_nis();
-    add_truth(&mut run, &arguments.inputs, &sequence, start)?;
+    add_truth(&mut run, &arguments.inputs, &sequence, start, None)?;
     results::write(&mut outputs, &mut run)?;
     outputs.commit()?;
     results::print(&run, &arguments.out, arguments.json)

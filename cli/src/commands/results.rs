@@ -3,7 +3,7 @@ use crate::outputs::{Outputs, to_file_or_stdout};
 use monorange_core::slam::Verdict;
 use monorange_formats::{
     Error, Result,
-    report::{OUTPUTS, Run},
+    report::{InMap, OUTPUTS, Run},
     warnings,
 };
 use std::{
@@ -53,6 +53,15 @@ fn lines(out: &mut String, run: &Run, folder: &Path) -> fmt::Result {
     writeln!(out, "  end, 1σ    {:.3} m, {:.2}°", x.hypot(y), heading.to_degrees())?;
     let (landmarks, measured) = (run.map.len(), run.observations.len());
     writeln!(out, "  landmarks  {landmarks} from {measured} {}", run.subject.long())?;
+    if let Some(InMap { map, found_after_s, found_after_m, recognised }) = &run.in_map {
+        match found_after_s.zip(*found_after_m) {
+            Some((seconds, metres)) => writeln!(
+                out,
+                "  map        {map}: recognised by {recognised} landmarks after {metres:.1} m, {seconds:.1} s"
+            )?,
+            None => writeln!(out, "  map        {map}: the place in it was not found")?,
+        }
+    }
     if let Some(errors) = &run.errors {
         let absolute = &errors.absolute;
         let (end, percent) = (absolute.end_position, absolute.end_position_percent);

@@ -1,4 +1,5 @@
 //! `slam`: a sequence of pictures → trajectory, map, and a report about both.
+mod saved;
 mod scanned;
 mod several;
 
@@ -20,12 +21,13 @@ use monorange_formats::{
     Error, Result,
     bags::{Choice, Recording},
     draw::Overlay,
-    files::{Rig, Stamped, Table, confirmed_map},
+    files::{MapFile, Rig, Stamped, Table, confirmed_map},
     pictures::{Picture, beside},
     plausibility::FrozenCamera,
     report::{self, Carried, OUTPUTS, Observation, Run, SHOTS, Shot},
 };
 use nalgebra::Vector2;
+use saved::Saved;
 use scanned::Scanned;
 use std::{
     path::{Path, PathBuf},
@@ -42,6 +44,10 @@ use std::{
 /// `times.txt`, `laser.csv` and (with --truth) `landmarks.csv` beside the folder of frames are found by their
 /// names.
 ///
+/// `--map map.bin` begins in the map of an earlier run, of which every one writes its own: the place in it need not be known, and is
+/// recognised by its landmarks after some metres; what was driven before is put there too, and the world is that map's. The run goes
+/// on mapping, or with --localise-only leaves the map as it is. A run that does not find its place says "lost".
+///
 /// `--bag drive.mcap` takes a recording of ROS 2 instead of a folder (MCAP or rosbag2: pictures raw or packed, odometry, camera_info,
 /// tf); without --rig its camera_info and transforms say what the camera is and how it sits.
 ///
@@ -54,6 +60,11 @@ Example:
   monorange simulate --scene corridor --frames 30 --out corridor-30
   monorange slam --rig corridor-30/rig.toml --frames corridor-30/frames \\
     --odometry corridor-30/odometry.csv --truth corridor-30/truth.tum --scan --out corridor-30/slam
+
+  # another drive there, in that map
+  monorange simulate --scene corridor --frames 60 --out corridor-60
+  monorange slam --rig corridor-60/rig.toml --frames corridor-60/frames \
+    --odometry corridor-60/odometry.csv --map corridor-30/slam/map.bin --out corridor-60/slam
 
   # several drives at once
   monorange simulate --scene corridor --frames 30 --seed 1 --out drives/first
@@ -68,6 +79,12 @@ pub struct Arguments {
     /// The folder to write to.
     #[arg(long, value_name = "DIR", default_value = "monorange-slam")]
     out: PathBuf,
+    /// Begin in this map of an earlier run (`map.bin`), wherever in it the robot is.
+    #[arg(long, value_name = "FILE")]
+    map: Option<PathBuf>,
+    /// Leave the map of --map as it is: new landmarks are not taken, and known ones not corrected.
+    #[arg(long, requires = "map")]
+    localise_only: bool,
     /// Also scan the floor in every picture (`monorange scan`): `scan.csv`, and the grid of all scans along the path as map servers of ROS
     /// and Nav2 read it, `map.pgm` with `map.yaml`.
     #[arg(long)]
@@ -128,12 +145,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         return several::run(arguments, &drives);
     }
     let (rig, sequence) = arguments.inputs.read()?;
+    let map = arguments.saved()?;
     let mut outputs = arguments.outputs(&arguments.out)?;
-    let mut drive = Drive::new(arguments, &arguments.inputs, &rig, &sequence)?;
+    let mut drive = Drive::new(arguments, &arguments.inputs, &rig, &sequence, map.as_ref())?;
     let bar = progress::bar(sequence.images.len(), "frames");
     drive.all_frames(&bar)?;
     bar.finish_and_clear();
-    let (mut run, mcap, scanned) = drive.finish(&arguments.inputs)?;
+    let (mut run, mcap, scanned) = drive.finish(&arguments.inputs, &mut outputs)?;
     results::write(&mut outputs, &mut run)?;
     scanned.iter().try_for_each(|scanned| scanned.write(&mut outputs))?;
     outputs.commit()?;
@@ -147,7 +165,12 @@ impl Arguments {
     /// The folder of one drive's results.
     fn outputs(&self, folder: &Path) -> Result<Outputs> {
         let scans: &[&str] = if self.scan { &scanned::OUTPUTS } else { &[] };
-        Outputs::of_a_run(folder, &[&OUTPUTS, scans].concat(), "report.json")
+        Outputs::of_a_run(folder, &[&OUTPUTS, &[saved::OUTPUT][..], scans].concat(), "report.json")
+    }
+
+    /// The map to begin in.
+    fn saved(&self) -> Result<Option<MapFile>> {
+        self.map.as_deref().map(MapFile::read).transpose()
     }
 }
 
@@ -272,16 +295,26 @@ struct Drive<'a> {
     mcap: Option<McapOutput>,
     /// Its scans, where they are wanted.
     scanned: Option<Scanned>,
+    /// The map that it begins in.
+    saved: Option<Saved<'a>>,
 }
 
 impl<'a> Drive<'a> {
-    fn new(arguments: &Arguments, inputs: &Inputs, rig: &'a Rig, sequence: &'a Sequence) -> Result<Self> {
+    fn new(
+        arguments: &Arguments,
+        inputs: &Inputs,
+        rig: &'a Rig,
+        sequence: &'a Sequence,
+        map: Option<&'a MapFile>,
+    ) -> Result<Self> {
         let camera = rig.finder.camera();
-        let memory = Memory::on_heap(camera.width(), camera.height(), usize::from(arguments.max_landmarks));
+        let known = map.map(|file| Ok(file.map()?.landmarks().count())).transpose()?;
+        let room = usize::from(arguments.max_landmarks) + known.unwrap_or(0);
+        let memory = Memory::on_heap(camera.width(), camera.height(), room);
         let refused =
             |error| Error::new(error).at(inputs.rig_place()).help("correct the setting in the rig file");
         let config = rig.on_a_host(sequence.odometry.is_some());
-        let pipeline = Pipeline::new(config, memory).map_err(refused)?;
+        let mut pipeline = Pipeline::new(config, memory).map_err(refused)?;
         let start = sequence.times.first().copied().unwrap_or_default();
         let mut run = new_run(inputs, rig, sequence);
         run.unmeasured = sequence.odometry.is_none().then_some(0);
@@ -289,7 +322,8 @@ impl<'a> Drive<'a> {
         let (frozen, shots) = (FrozenCamera::default(), vec![None; SHOTS]);
         let mcap = arguments.mcap.as_ref().map(|_| McapOutput::new(rig)).transpose()?;
         let scanned = arguments.scan.then(|| Scanned::new(rig)).transpose()?;
-        Ok(Self { sequence, rig, pipeline, start, reached: start, frozen, run, shots, mcap, scanned })
+        let saved = map.map(|file| Saved::new(file, arguments.localise_only, &mut pipeline)).transpose()?;
+        Ok(Self { sequence, rig, pipeline, start, reached: start, frozen, run, shots, mcap, scanned, saved })
     }
 
     fn all_frames(&mut self, bar: &ProgressBar) -> Result<()> {
@@ -334,11 +368,18 @@ impl<'a> Drive<'a> {
             clock = Instant::now();
         };
         let seen = self.pipeline.step_timed(time - self.start, picture.grey()?, ended);
-        let report = seen.map_err(Error::new)?;
+        let mut report = seen.map_err(Error::new)?;
         for (stage, spent) in self.run.stages.iter_mut().zip(spent) {
             stage.times_ms.push(spent);
         }
         self.note(frame, time, &report);
+        let (pipeline, run) = (&mut self.pipeline, &mut self.run);
+        let look = |saved: &mut Saved<'_>| saved.look(pipeline, self.start, &report, run);
+        let moved = self.saved.as_mut().map(look).transpose()?.flatten();
+        if let Some(moved) = moved {
+            report.pose = self.pipeline.filter().pose();
+            self.scanned.iter_mut().for_each(|scanned| scanned.put(&moved));
+        }
         if let Some(scanned) = &mut self.scanned {
             scanned.look(time, picture.grey()?, self.sequence.odometry.as_ref(), &report)?;
         }
@@ -395,7 +436,11 @@ impl<'a> Drive<'a> {
     }
 
     /// What the run found, its recording and its scans where they are wanted.
-    fn finish(mut self, arguments: &Inputs) -> Result<(Run, Option<std::fs::File>, Option<Scanned>)> {
+    fn finish(
+        mut self,
+        arguments: &Inputs,
+        outputs: &mut Outputs,
+    ) -> Result<(Run, Option<std::fs::File>, Option<Scanned>)> {
         self.run.map = confirmed_map(self.pipeline.filter(), self.start);
         let health = self.pipeline.health();
         (self.run.verdict, self.run.reason) = match self.frozen.judge() {
@@ -404,7 +449,9 @@ impl<'a> Drive<'a> {
         };
         self.run.mean_nis = self.pipeline.health().mean_nis();
         self.run.shots = self.shots.into_iter().flatten().map(|(_, shot)| shot).collect();
-        add_truth(&mut self.run, arguments, self.sequence, self.start)?;
+        let known = self.saved.as_ref().and_then(|saved| saved.finish(&mut self.run));
+        let truth = add_truth(&mut self.run, arguments, self.sequence, self.start, known)?;
+        saved::write(outputs, &mut self.pipeline, self.start, truth.or(known))?;
         let end = self.run.trajectory.last().map_or(self.start, |pose| pose.time);
         let mcap = self.mcap.map(|mcap| mcap.finish(end, &self.run.map)).transpose()?;
         Ok((self.run, mcap, self.scanned))
@@ -417,8 +464,14 @@ pub(super) fn new_run(arguments: &Inputs, rig: &Rig, sequence: &Sequence) -> Run
     Run::of_pictures(arguments.title(), command, rig, sequence.images.len())
 }
 
-/// Adds what is true, and how far the run is off.
-pub(super) fn add_truth(run: &mut Run, arguments: &Inputs, sequence: &Sequence, start: f64) -> Result<()> {
+/// Adds what is true, and how far the run is off; the truth's world in the run's map, which may be `known`.
+pub(super) fn add_truth(
+    run: &mut Run,
+    arguments: &Inputs,
+    sequence: &Sequence,
+    start: f64,
+    known: Option<Pose<f64>>,
+) -> Result<Option<Pose<f64>>> {
     let points = |name| match beside(&sequence.folder, name) {
         None => Ok(Vec::new()),
         Some(path) => points(&path),
@@ -426,11 +479,11 @@ pub(super) fn add_truth(run: &mut Run, arguments: &Inputs, sequence: &Sequence, 
     let laser = points("laser.csv")?;
     let Some(path) = arguments.truth.first() else {
         run.laser = laser;
-        return Ok(());
+        return Ok(None);
     };
-    match run.compare(start, &sequence.truth, &laser, &points("landmarks.csv")?) {
-        true => Ok(()),
-        false => Err(results::no_common_pose(start).at(path)),
+    match run.compare(start, known, &sequence.truth, &laser, &points("landmarks.csv")?) {
+        Some(known) => Ok(Some(known)),
+        None => Err(results::no_common_pose(start).at(path)),
     }
 }
 

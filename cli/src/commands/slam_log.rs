@@ -346,6 +346,7 @@ impl Arguments {
             warnings: Vec::new(),
             unmeasured: None,
             carried: None,
+            in_map: None,
             verdict,
             reason,
             mean_nis: health.mean_nis() as f32,

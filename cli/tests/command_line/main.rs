@@ -15,6 +15,7 @@ mod matching;
 mod overwriting;
 mod pictures;
 mod range;
+mod saved_maps;
 mod scan;
 mod simulate;
 mod slam;

@@ -74,6 +74,11 @@ const TO_A_FOLDER: &[(&str, &str, &str)] = &[
         "scan.csv",
         "sim/truth.tum",
     ),
+    (
+        "slam --rig rig.toml --frames sim/frames --odometry sim/odometry.csv --truth IN --out OUT",
+        "map.bin",
+        "sim/truth.tum",
+    ),
     // A device that is not there: what would be written over is refused before it is asked for.
     (
         "feed --rig rig.toml --frames sim/frames --odometry sim/odometry.csv --truth IN --unix nowhere --patience 1 --out OUT",

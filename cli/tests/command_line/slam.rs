@@ -22,6 +22,7 @@ fn a_drive_gives_every_file_and_they_agree() {
     assert_eq!(
         files,
         [
+            "map.bin",
             "map.csv",
             "map.ply",
             "observations.csv",

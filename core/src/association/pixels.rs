@@ -142,6 +142,17 @@ impl<T: Real, const N: usize> PixelMemory<T, N> {
         }
     }
 
+    /// Calls every landmark by what `name` says, and drops it where that is nothing.
+    pub fn rename(&mut self, name: impl Fn(u32) -> Option<u32>) {
+        self.remembered.retain_mut(|corner| match name(corner.landmark) {
+            Some(name) => {
+                corner.landmark = name;
+                true
+            }
+            None => false,
+        });
+    }
+
     /// Drops every landmark that `keep` does not name.
     pub fn retain(&mut self, mut keep: impl FnMut(u32) -> bool) {
         self.remembered.retain(|corner| keep(corner.landmark));

@@ -23,6 +23,8 @@ mod pictures;
 mod pixel_association;
 #[cfg(all(feature = "alloc", feature = "proposals"))]
 mod proposed;
+#[cfg(feature = "alloc")]
+mod relocation;
 mod report;
 mod settings;
 mod sightings;
@@ -35,9 +37,11 @@ pub use crate::association::Carrier;
 pub use config::{Config, CornersFrom, Model, MotionFrom, MountError};
 pub use coverage::Coverage;
 pub use motion_noise::{MotionNoise, Odometry};
+#[cfg(feature = "alloc")]
+pub use relocation::Located;
 pub use report::{CornerReport, MovedBy, Report, Stage};
 pub use settings::{setting_number, settings};
-pub use snapshot::state_len;
+pub use snapshot::{saved_map, state_len};
 #[cfg(feature = "alloc")]
 pub use storage::OnHeap;
 pub use storage::{Lent, Memory, Storage};

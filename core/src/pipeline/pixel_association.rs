@@ -114,6 +114,12 @@ impl PixelAssociation {
         }
     }
 
+    /// Calls the landmarks by their names in another map; those that have none are forgotten.
+    fn rename(&mut self, names: &[(u32, u32)]) {
+        let name = |own| names.iter().find(|(known, _)| *known == own).map(|(_, name)| *name);
+        self.memory.rename(name);
+    }
+
     /// Whether pixels predict this landmark.
     fn predicts(&self, landmark: u32) -> bool {
         self.homography.is_some() && self.memory.remembered().iter().any(|known| known.landmark == landmark)
@@ -148,6 +154,13 @@ impl PixelAssociation {
 }
 
 impl<S: Storage> Pipeline<S> {
+    /// Calls the landmarks whose corners are carried by their names in another map.
+    pub(super) fn rename_carried(&mut self, names: &[(u32, u32)]) {
+        if let Some(pictures) = &mut self.pictures {
+            pictures.pixels().rename(names);
+        }
+    }
+
     /// As [`observe`](Self::observe), with the help of pixels, which have looked at the picture's motion.
     pub(super) fn observe_carried(
         &mut self,

@@ -1,7 +1,7 @@
 //! A pipeline's state as bytes, and its memory back.
 use super::coverage::Intervals;
 use super::{Memory, Pipeline, Storage};
-use crate::slam::{Landmark, MAP_BYTES, Map, snapshot_len};
+use crate::slam::{Landmark, MAP_BYTES, Map, SavedMap, snapshot_len};
 use crate::{Error, Result};
 
 /// Bytes that the state of a pipeline with so many states and landmarks takes, at most.
@@ -77,6 +77,15 @@ impl<S: Storage> Pipeline<S> {
         #[cfg(all(feature = "alloc", feature = "sift"))]
         self.forget_pictures();
     }
+}
+
+/// The map in the bytes of [`Pipeline::save`], for [`Pipeline::locate`].
+///
+/// # Errors
+/// As [`SavedMap::read`].
+pub fn saved_map(bytes: &[u8]) -> Result<SavedMap<'_>> {
+    let (_, rest) = split(bytes)?;
+    SavedMap::read(rest)
 }
 
 fn too_few(got: usize) -> Error {

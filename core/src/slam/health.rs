@@ -49,11 +49,13 @@ pub enum Reason {
     Mount,
     /// The wheels read travel or turns otherwise than their standard deviations allow: measure a metre with them.
     Wheels,
+    /// The robot's place in a saved map was not found: drive on where that map has landmarks.
+    Elsewhere,
 }
 
 impl Reason {
     /// Every reason, the worst first.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Indefinite,
         Self::Heading,
         Self::BeyondGate,
@@ -62,6 +64,7 @@ impl Reason {
         Self::Association,
         Self::Mount,
         Self::Wheels,
+        Self::Elsewhere,
     ];
 
     /// The words for it in a report.
@@ -75,13 +78,14 @@ impl Reason {
             Self::Association => "measurements on mapped ground are of none of its landmarks",
             Self::Mount => "the camera sits otherwise than the rig and its standard deviations say",
             Self::Wheels => "the wheels read otherwise than their standard deviations say",
+            Self::Elsewhere => "the place in the saved map was not found",
         }
     }
 
     /// How bad it is.
     pub const fn verdict(self) -> Verdict {
         match self {
-            Self::Indefinite | Self::Heading | Self::BeyondGate => Verdict::Lost,
+            Self::Indefinite | Self::Heading | Self::BeyondGate | Self::Elsewhere => Verdict::Lost,
             Self::Innovations | Self::Uncertain | Self::Association | Self::Mount | Self::Wheels => {
                 Verdict::Doubtful
             }

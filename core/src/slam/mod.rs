@@ -47,6 +47,8 @@ mod landmark;
 mod map;
 mod models;
 mod positive;
+#[cfg(feature = "alloc")]
+mod registration;
 mod ring;
 mod snapshot;
 
@@ -64,5 +66,7 @@ pub use models::{
     Increment, Integration, JacobianCheck, LinearisationPoint, Linearised, Measurement, arc_rotation,
     check_jacobians,
 };
+#[cfg(feature = "alloc")]
+pub use registration::{Place, Registration, register};
 pub use ring::RingStart;
-pub use snapshot::{MAP_BYTES, snapshot_len};
+pub use snapshot::{MAP_BYTES, SavedMap, snapshot_len};

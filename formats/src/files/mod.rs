@@ -4,6 +4,7 @@
 mod camera;
 pub mod inputs;
 mod map;
+mod map_file;
 #[cfg_attr(
     not(feature = "bags"),
     allow(dead_code, reason = "recordings are read piece by piece, and nothing else")
@@ -20,6 +21,7 @@ mod trajectory;
 
 pub use camera::{Intrinsics, read_camera_info, read_camera_of};
 pub use map::{MapPoint, confirmed_map, read_map, write_map, write_ply};
+pub use map_file::MapFile;
 pub use odometry::{Control, Odometry};
 pub use order::{natural_order, sort_names};
 pub use rig::{MOUNT_KEYS, Rig, with_mount};

@@ -4,6 +4,7 @@ use crate::{
     evaluation::{Align, MAX_TRUTH_GAP, Truth, trajectory_errors},
     files::{Rig, Stamped},
 };
+use monorange_core::geometry::Pose;
 use monorange_core::pipeline::CornerReport;
 use monorange_core::slam::Verdict;
 use nalgebra::Vector2;
@@ -35,6 +36,7 @@ impl Run {
             no_room: 0,
             unmeasured: None,
             carried: None,
+            in_map: None,
             verdict: Verdict::Unchecked,
             reason: None,
             mean_nis: 1.0,
@@ -44,25 +46,33 @@ impl Run {
         }
     }
 
-    /// Puts the truth beside what was found. Truth, laser and true landmarks are moved by the true pose at `start`,
-    /// where the world of the run begins, or else by the first pose that the truth covers; `false` without any.
+    /// Puts the truth beside what was found, and gives its world in the run's map; `None` where the truth covers no pose. Where that is
+    /// not `known` already, truth, laser and true landmarks are moved by the true pose at `start`, where the world of the run begins, or
+    /// else by the first pose that the truth covers.
     pub fn compare(
         &mut self,
         start: f64,
+        known: Option<Pose<f64>>,
         truth: &[Stamped],
         laser: &[Vector2<f64>],
         landmarks: &[Vector2<f64>],
-    ) -> bool {
+    ) -> Option<Pose<f64>> {
         let truth = Truth::new(truth, MAX_TRUTH_GAP);
-        let Some(map_from_world) = truth.map_from_world(start, &self.trajectory) else { return false };
+        let map_from_world = match known {
+            Some(known) => known,
+            None => truth.map_from_world(start, &self.trajectory)?,
+        };
         let moved = |points: &[Vector2<f64>]| points.iter().map(|at| map_from_world.transform(*at)).collect();
         (self.laser, self.true_map) = (moved(laser), moved(landmarks));
         self.pairs = truth.pairs(&self.trajectory);
         for pair in &mut self.pairs {
             pair.truth = map_from_world.compose(&pair.truth);
         }
+        if self.pairs.is_empty() {
+            return None;
+        }
         self.errors = Some(trajectory_errors(&self.pairs, Align::None, 1.0));
-        true
+        Some(map_from_world)
     }
 }
 

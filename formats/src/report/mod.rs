@@ -107,6 +107,8 @@ pub struct Run {
     pub unmeasured: Option<usize>,
     /// Who predicted the corners' pixels, where a homography was to carry them.
     pub carried: Option<Carried>,
+    /// What became of the saved map that it began in.
+    pub in_map: Option<InMap>,
     /// The filter's own verdict.
     pub verdict: Verdict,
     /// What speaks against the filter, where anything does.
@@ -143,6 +145,19 @@ impl Carried {
     }
 }
 
+/// The place of a run in a saved map.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct InMap {
+    /// The map's file.
+    pub map: String,
+    /// How long it took to find the place, s; `None` where it was not found.
+    pub found_after_s: Option<f64>,
+    /// And how far, m.
+    pub found_after_m: Option<f64>,
+    /// Landmarks of the map by which it was recognised.
+    pub recognised: usize,
+}
+
 /// `report.json`; metres, radians and seconds.
 #[derive(Serialize)]
 pub struct Summary<'a> {
@@ -169,6 +184,8 @@ pub struct Summary<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     visual_steps_not_measured: Option<usize>,
     corners_carried_by: Option<Carried>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    in_map: &'a Option<InMap>,
     decisions: BTreeMap<&'static str, usize>,
     verdict: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -294,6 +311,7 @@ impl Run {
             births_without_room: self.no_room,
             visual_steps_not_measured: self.unmeasured,
             corners_carried_by: self.carried,
+            in_map: &self.in_map,
             decisions: self.decisions(),
             verdict: self.verdict.as_str(),
             reason: self.reason.map(Reason::as_str),

@@ -10,6 +10,7 @@ mod homography;
 mod homography_chance;
 mod mount_calibration;
 mod pipeline;
+mod relocation;
 mod reproduce;
 mod scan;
 mod slam_consistency;

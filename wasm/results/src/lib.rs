@@ -77,9 +77,9 @@ impl Results {
             return Ok(());
         };
         let poses = read_trajectory(Path::new(&truth)).map_err(sentence)?;
-        match self.run.compare(self.start, &poses, &laser, &landmarks) {
-            true => Ok(()),
-            false => Err(JsError::new(&format!("{truth} has no pose at the first frame's time"))),
+        match self.run.compare(self.start, None, &poses, &laser, &landmarks) {
+            Some(_) => Ok(()),
+            None => Err(JsError::new(&format!("{truth} has no pose at the first frame's time"))),
         }
     }
 

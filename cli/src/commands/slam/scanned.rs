@@ -55,6 +55,12 @@ impl Scanned {
         Ok(())
     }
 
+    /// Puts what there is into another world.
+    pub(super) fn put(&mut self, moved: &Pose<f32>) {
+        self.scans.put(moved);
+        self.before = self.before.map(|(time, pose)| (time, moved.compose(&pose)));
+    }
+
     pub(super) fn write(&self, outputs: &mut Outputs) -> Result<()> {
         let grid = self.scans.grid();
         let [table, picture, words] = OUTPUTS;

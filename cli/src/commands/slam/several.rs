@@ -89,11 +89,12 @@ fn one(
     begin: impl Fn(usize),
 ) -> Result<String> {
     let (rig, sequence) = inputs.read()?;
+    let map = arguments.saved()?;
     let mut outputs = arguments.outputs(out)?;
-    let mut drive = Drive::new(arguments, inputs, &rig, &sequence)?;
+    let mut drive = Drive::new(arguments, inputs, &rig, &sequence, map.as_ref())?;
     begin(sequence.images.len());
     drive.all_frames(bar)?;
-    let (mut run, _, scanned) = drive.finish(inputs)?;
+    let (mut run, _, scanned) = drive.finish(inputs, &mut outputs)?;
     results::write(&mut outputs, &mut run)?;
     scanned.iter().try_for_each(|scanned| scanned.write(&mut outputs))?;
     outputs.commit()?;

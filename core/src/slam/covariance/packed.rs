@@ -148,6 +148,19 @@ pub(in crate::slam) fn append<T: Real>(p: &mut Triangle<'_, T>, pgt: [&[T]; 2], 
     p.set(size + 1, size + 1, own.m22);
 }
 
+/// P ← P − w wᵀ in the leading `rows` rows and columns alone, what stands beside them included: what the gain of the others is 0 for
+/// stays as it is (Schmidt's filter, which considers errors and does not correct them).
+pub(in crate::slam) fn downdate_leading<T: Real>(p: &mut Triangle<'_, T>, rows: usize, pair: [&[T]; 2]) {
+    for vector in pair {
+        for row in 0..rows {
+            let by = vector[row];
+            for (entry, value) in p.row_mut(row).iter_mut().zip(&vector[row..]) {
+                *entry -= by * *value;
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

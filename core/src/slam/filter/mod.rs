@@ -91,6 +91,8 @@ pub struct Filter<T, S, L> {
     pub(in crate::slam) first_pose: [T; 3],
     /// How often the covariance failed, and the map began anew.
     pub(super) resets: u32,
+    /// Whether the landmarks stay where they are: they correct the robot, and nothing corrects them.
+    pub(in crate::slam) fixed: bool,
     scalar: PhantomData<T>,
 }
 
@@ -164,6 +166,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             time: 0.0,
             first_pose,
             resets: 0,
+            fixed: false,
             scalar,
         };
         filter.storage.as_mut().fill(T::zero());

@@ -64,6 +64,11 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         Some(self.cross(&rows))
     }
 
+    /// Covariance of one landmark's first two numbers, which are a point's position, with another's.
+    pub fn covariance_between(&self, one: &Landmark<T>, other: &Landmark<T>) -> Matrix2<T> {
+        Matrix2::from_fn(|row, column| self.covariance_at(one.offset + row, other.offset + column))
+    }
+
     /// Row `i` of P Hᵀ. Zero outside.
     pub(in crate::slam) fn times_row(&self, i: usize, rows: &[Row<T>]) -> [T; 2] {
         let p = self.triangle();

@@ -162,7 +162,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         let mut outcome = self.absorb(&absorbed, pending);
         outcome.landmark = Some(landmark.id);
         if outcome.decision == Decision::Update {
-            if self.config.covariance == Covariance::Packed {
+            if self.config.covariance == Covariance::Packed && !self.fixed {
                 packed::cover_rounding(&mut self.parts().p, landmark.offset, landmark.form.len());
             }
             let time = self.time;
@@ -181,7 +181,8 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     ) -> Outcome<T> {
         let (gate, gate_nis, form) = (self.config.gate, self.config.gate_nis, self.config.covariance);
         let threshold = if measured.dof == 1 { gate_nis[0] } else { gate_nis[1] };
-        let (size, parts) = (self.size, self.parts());
+        let (size, start, fixed) = (self.size, self.start(), self.fixed);
+        let parts = self.parts();
         let mut vectors = Vectors::new(parts.work, parts.x.len(), size);
         if !pending.started {
             vectors.delta.fill(T::zero());
@@ -241,6 +242,11 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             Covariance::Packed => {
                 let columns = [&mut **first, &mut **second];
                 widest((&root, columns, &whitened, &mut *vectors.delta), whiten, whiten);
+                if fixed {
+                    vectors.delta[start..].fill(T::zero());
+                    packed::downdate_leading(&mut p, start, [&**first, &**second]);
+                    return outcome;
+                }
                 pending.waiting += 1;
                 if pending.waiting == BATCH {
                     downdate(&mut p, &vectors.shared(BATCH), None);
@@ -260,7 +266,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             return;
         }
         let (variant, form, count) = (self.config.variant, self.config.covariance, self.count);
-        let (size, start, height) = (self.size, self.start(), self.free_scale());
+        let (size, start, height) = (self.size, self.start(), self.free_scale().filter(|_| !self.fixed));
         let wheels = self.wheels_at();
         // Positions: the robot's at 0, and each landmark's (or its anchor's).
         let (parts, landmarks) = self.parts_and_landmarks();

@@ -17,6 +17,9 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                 continue;
             }
             outcome.decision = Decision::Rejected;
+            if self.filter.fixed {
+                continue;
+            }
             let (filter_size, capacity) = self.filter.states();
             let needed = match feature.measurement {
                 Measurement::Bearing { .. } => Form::InverseDistance.len(),
@@ -77,6 +80,9 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                 landmark.status = Status::Confirmed;
                 report.confirmed += 1;
             }
+        }
+        if self.filter.fixed {
+            return;
         }
         self.convert_linear(frame);
         while let Some(id) = self

@@ -10,22 +10,23 @@
 //! | 8 + 12 | time, first-estimate pose |
 //! | 52 a landmark | its record |
 //! | 4 · (3n + n(n+1)/2) | state, its rounding errors, first estimates, upper triangle row by row |
+mod bytes;
+mod saved_map;
+mod stored;
+
+pub use saved_map::SavedMap;
+
 use crate::slam::covariance::triangle::packed_len;
 use crate::slam::filter::{Covariance, Filter, Variant};
 use crate::slam::health::Health;
-use crate::slam::landmark::{Form, Landmark, Status};
+use crate::slam::landmark::Landmark;
 use crate::slam::map::Map;
 use crate::slam::positive::is_positive;
 use crate::{Error, Result};
-use nalgebra::Vector2;
+use bytes::{In, Out, in_16_bits, put_landmark, take_landmark};
+use stored::{Stored, cut, refuse};
 
 const FORMAT: u8 = 2;
-/// No state (m, rad, 1/m) is larger, so that squares do not overflow in what follows: a position on Earth is below 1e7 m.
-const LARGEST: f32 = 1e8;
-/// No variance is larger.
-const MOST_VARIABLE: f32 = 1e10;
-/// Above 1 by what rounding may do to the covariance of two landmarks that are known together far better than apart.
-const MOST_CORRELATED: f32 = 1.01;
 const HEADER: usize = 28;
 const RECORD: usize = 52;
 /// What a map's state takes beyond its filter's.
@@ -85,49 +86,15 @@ where
     /// from a filter of another kind or hold what cannot be: a number that is not finite or too large, a variance below 0, a
     /// correlation above 1. Nothing is changed then.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<()> {
-        let refuse =
-            |expected| Error::OutOfRange { name: "filter.snapshot", value: bytes.len() as f64, expected };
-        let cut = |expected| Error::Size { name: "filter.snapshot", got: bytes.len(), expected };
-        let mut input = In(bytes);
-        let kind: [u8; 4] = input.take().ok_or(cut(HEADER))?;
+        let kind: [u8; 4] = In(bytes).take().ok_or(cut(bytes, HEADER))?;
         if kind != self.kind() {
-            return Err(refuse("the state of a filter with this configuration"));
+            return Err(refuse(bytes, "the state of a filter with this configuration"));
         }
-        let count = usize::from(u16::from_le_bytes(input.take().ok_or(cut(HEADER))?));
-        let size = usize::from(u16::from_le_bytes(input.take().ok_or(cut(HEADER))?));
-        let expected = snapshot_len(size, count);
-        let fits = count <= self.landmarks.as_ref().len() && size <= self.states().1 && size >= self.start();
-        if bytes.len() != expected || !fits {
-            return Err(cut(expected));
+        let stored = Stored::read(bytes)?;
+        if stored.count > self.landmarks.as_ref().len() || stored.size > self.states().1 {
+            return Err(cut(bytes, snapshot_len(stored.size, stored.count)));
         }
-        let time = f64::from_le_bytes(input.take().ok_or(cut(expected))?);
-        let mut first_pose = [0.0; 3];
-        for value in &mut first_pose {
-            *value = f32::from_le_bytes(input.take().ok_or(cut(expected))?);
-        }
-        let records = In(input.0);
-        let mut states = self.start();
-        for _ in 0..count {
-            let landmark = take_landmark(&mut input).ok_or(refuse("records of landmarks"))?;
-            let length = landmark.form.len();
-            if landmark.offset < self.start() || landmark.offset + length > size {
-                return Err(refuse("landmarks within the state"));
-            }
-            states += length;
-        }
-        if !are_apart(records, count) {
-            return Err(refuse("states of its own for every landmark"));
-        }
-        let numbers = In(input.0);
-        let sane = |value: f32| value.abs() <= LARGEST;
-        let mut vectors = (0..3 * size).map_while(|_| input.take().map(f32::from_le_bytes));
-        if !vectors.all(sane) || !time.is_finite() || !first_pose.into_iter().all(sane) || states != size {
-            return Err(refuse("finite numbers, one set for every landmark"));
-        }
-        if !self.possible(size, input) {
-            return Err(refuse("variances that are not negative, correlations between -1 and 1"));
-        }
-        self.apply(time, first_pose, count, size, records, numbers);
+        self.apply(&stored);
         Ok(())
     }
 
@@ -158,53 +125,11 @@ where
         }
     }
 
-    /// Whether a triangle of `size` rows can be a covariance as this filter keeps it.
-    fn possible(&self, size: usize, triangle: In<'_>) -> bool {
-        let packed = self.config.covariance == Covariance::Packed;
-        let diagonal = |row: usize| triangle.number(row * size - row * row.saturating_sub(1) / 2);
-        let variance = |row: usize| {
-            // Only the robot, its mount and its wheels may be known exactly.
-            let least = if packed && row >= self.start() { f32::MIN_POSITIVE } else { 0.0 };
-            diagonal(row).filter(|value| (least..=MOST_VARIABLE).contains(value))
-        };
-        let mut numbers = triangle;
-        for row in 0..size {
-            let (Some(own), Some(_)) = (variance(row), numbers.take::<4>()) else { return false };
-            let mut sum = own;
-            for column in row + 1..size {
-                let (Some(entry), Some(other)) = (numbers.take().map(f32::from_le_bytes), variance(column))
-                else {
-                    return false;
-                };
-                let square = entry * entry;
-                sum += square * other;
-                let correlated = MOST_CORRELATED * MOST_CORRELATED * own * other;
-                if !square.is_finite() || packed && square > correlated {
-                    return false;
-                }
-            }
-            // Of P = U D Uᵀ, whose rows hold D and U.
-            if !packed && (sum.is_nan() || sum > MOST_VARIABLE) {
-                return false;
-            }
-        }
-        true
-    }
-
     /// Nothing fails here: every length has been checked.
-    fn apply(
-        &mut self,
-        time: f64,
-        first_pose: [f32; 3],
-        count: usize,
-        size: usize,
-        mut records: In<'_>,
-        mut numbers: In<'_>,
-    ) {
-        self.time = time;
-        self.first_pose = first_pose;
-        self.count = count;
-        self.size = size;
+    fn apply(&mut self, stored: &Stored<'_>) {
+        let Stored { count, size, mut records, mut numbers, .. } = *stored;
+        (self.time, self.first_pose) = (stored.time, stored.first_pose);
+        (self.count, self.size) = (count, size);
         for landmark in self.landmarks_mut() {
             *landmark = take_landmark(&mut records).unwrap_or_default();
         }
@@ -273,117 +198,6 @@ where
     }
 }
 
-/// Bytes still to be written.
-struct Out<'a>(&'a mut [u8]);
-
-impl Out<'_> {
-    fn put<const N: usize>(&mut self, bytes: [u8; N]) {
-        if let Some((place, rest)) = core::mem::take(&mut self.0).split_first_chunk_mut() {
-            *place = bytes;
-            self.0 = rest;
-        }
-    }
-}
-
-/// Bytes still to be read.
-#[derive(Clone, Copy)]
-struct In<'a>(&'a [u8]);
-
-impl In<'_> {
-    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
-        let (bytes, rest) = self.0.split_first_chunk()?;
-        self.0 = rest;
-        Some(*bytes)
-    }
-
-    /// The number at a place, of numbers only.
-    fn number(&self, place: usize) -> Option<f32> {
-        self.0.get(4 * place..)?.first_chunk().map(|bytes| f32::from_le_bytes(*bytes))
-    }
-}
-
-/// Whether no two of the `count` landmarks at the start of `records` share a state.
-fn are_apart(mut records: In<'_>, count: usize) -> bool {
-    (1..=count).rev().all(|left| {
-        let Some(one) = take_landmark(&mut records) else { return false };
-        let mut others = records;
-        (1..left).filter_map(|_| take_landmark(&mut others)).all(|other| {
-            one.offset + one.form.len() <= other.offset || other.offset + other.form.len() <= one.offset
-        })
-    })
-}
-
-fn put_landmark(out: &mut Out<'_>, landmark: &Landmark<f32>) {
-    // Field by field, so that a new one cannot be forgotten.
-    let Landmark {
-        id,
-        offset,
-        form,
-        status,
-        seen,
-        expected,
-        missed,
-        in_view,
-        first_time,
-        last_time,
-        last_frame,
-        last_pixel,
-        descriptor,
-    } = *landmark;
-    out.put(id.to_le_bytes());
-    out.put((offset as u16).to_le_bytes());
-    let flags = [
-        form == Form::InverseDistance,
-        status == Status::Confirmed,
-        last_pixel.is_some(),
-        descriptor.is_some(),
-        in_view,
-    ];
-    let flags = flags.into_iter().rev().fold(0_u16, |bits, flag| 2 * bits + u16::from(flag));
-    out.put(flags.to_le_bytes());
-    [seen, expected, missed].into_iter().for_each(|count| out.put(count.to_le_bytes()));
-    [first_time, last_time].into_iter().for_each(|time| out.put(time.to_le_bytes()));
-    out.put(last_frame.to_le_bytes());
-    let pixel = last_pixel.unwrap_or_default();
-    [pixel.x, pixel.y].into_iter().for_each(|value| out.put(value.to_le_bytes()));
-    out.put(descriptor.unwrap_or_default().to_le_bytes());
-}
-
-fn in_16_bits(number: usize) -> Result<u16> {
-    let full = Error::Full { name: "filter.snapshot", capacity: usize::from(u16::MAX) };
-    u16::try_from(number).map_err(|_| full)
-}
-
-fn take_landmark(input: &mut In<'_>) -> Option<Landmark<f32>> {
-    let id = u32::from_le_bytes(input.take()?);
-    let offset = usize::from(u16::from_le_bytes(input.take()?));
-    let flags = u16::from_le_bytes(input.take()?);
-    let has = |bit: u16| flags >> bit & 1 == 1;
-    let mut count = || Some(u32::from_le_bytes(input.take()?));
-    let (seen, expected, missed) = (count()?, count()?, count()?);
-    let mut time = || input.take().map(f64::from_le_bytes).filter(|time| time.is_finite());
-    let (first_time, last_time) = (time()?, time()?);
-    let last_frame = u32::from_le_bytes(input.take()?);
-    let mut number = || input.take().map(f32::from_le_bytes).filter(|number| number.is_finite());
-    let pixel = Vector2::new(number()?, number()?);
-    let descriptor = u32::from_le_bytes(input.take()?);
-    Some(Landmark {
-        id,
-        offset,
-        form: if has(0) { Form::InverseDistance } else { Form::Point },
-        status: if has(1) { Status::Confirmed } else { Status::Tentative },
-        seen,
-        expected,
-        missed,
-        in_view: has(4),
-        first_time,
-        last_time,
-        last_frame,
-        last_pixel: has(2).then_some(pixel),
-        descriptor: has(3).then_some(descriptor),
-    })
-}
-
 #[cfg(test)]
 mod tests {
     #[test]
@@ -396,7 +210,7 @@ mod tests {
     use super::*;
     use crate::geometry::Pose;
     use crate::slam::*;
-    use nalgebra::{Matrix2, Matrix3};
+    use nalgebra::{Matrix2, Matrix3, Vector2};
     use std::vec::Vec;
 
     type Kept = Map<f32, Vec<f32>, Vec<Landmark<f32>>>;
@@ -443,6 +257,102 @@ mod tests {
         drive(&mut other, 30..60);
         assert_eq!(saved(&mut other), saved(&mut map));
         assert!(map.filter().landmarks().len() > 2, "the law is about something");
+    }
+
+    /// Drives `steps` of a circle of 2 m inside six landmarks, all of which are seen all the time.
+    fn circle(map: &mut Kept, steps: core::ops::Range<u32>) {
+        for step in steps {
+            let noise = Matrix2::new(1e-4, 0.0, 0.0, 1e-4);
+            let (length, turn) = if step == 0 { (0.0, 0.0) } else { (0.5, 0.25) };
+            let increment = Increment::from_velocity(length, turn, 0.1, &noise, Integration::Arc);
+            map.filter_mut().predict(f64::from(step) * 0.1, &increment).unwrap();
+            let angle = 0.025 * step as f32;
+            let pose = Pose::new(2.0 * libm::sinf(angle), 2.0 - 2.0 * libm::cosf(angle), angle);
+            let wobble = (f32::from((step * 7 % 11) as u8) - 5.0) * 1e-3;
+            let features: [_; 6] = core::array::from_fn(|k| {
+                let (sin, cos) = libm::sincosf(k as f32);
+                let seen = pose.inverse_transform(Vector2::new(4.0 * cos, 2.0 + 4.0 * sin));
+                let bearing = libm::atan2f(seen.y, seen.x);
+                Feature::new(Measurement::range_bearing(seen.norm() + wobble, bearing - wobble, 0.01, 0.01))
+            });
+            map.observe(&features, |_, _| true, &mut [Outcome::default(); 6]).unwrap();
+        }
+    }
+
+    /// A landmark as the robot has it before it.
+    fn relative(map: &Kept, id: u32) -> Vector2<f32> {
+        let filter = map.filter();
+        filter.pose().inverse_transform(filter.position(filter.landmark(id).unwrap()).unwrap())
+    }
+
+    #[test]
+    fn a_map_that_is_adopted_is_the_saved_one_and_goes_on() {
+        let mut map = empty(12);
+        circle(&mut map, 0..31);
+        let state = saved(&mut map);
+        let known = SavedMap::read(&state).unwrap();
+        let mut other = empty(40);
+        circle(&mut other, 0..31);
+        let covariance = Matrix3::from_diagonal_element(0.01);
+        let pose = map.filter().pose();
+        let time = other.filter().time();
+        other.adopt(&known, 7.0, &pose, &covariance).unwrap();
+        assert_eq!((other.filter().time(), other.filter().pose()), (time, pose));
+        assert_eq!(other.filter().pose_covariance(), covariance);
+        let landmarks: Vec<_> = known.landmarks().collect();
+        assert!(landmarks.len() > 2 && landmarks.len() == other.filter().landmarks().len());
+        for landmark in &landmarks {
+            let own = *other.filter().landmark(landmark.id).unwrap();
+            assert_eq!(own.first_time, landmark.first_time + 7.0);
+            assert_eq!(other.filter().position(&own).unwrap(), known.position(landmark));
+            for again in &landmarks {
+                let also = *other.filter().landmark(again.id).unwrap();
+                assert_eq!(other.filter().covariance_between(&own, &also), known.covariance(landmark, again));
+            }
+        }
+        circle(&mut other, 31..60);
+        circle(&mut map, 31..60);
+        // The same drive in the same map, begun less surely.
+        let near = (relative(&other, landmarks[0].id) - relative(&map, landmarks[0].id)).norm();
+        assert!(near < 0.02, "{near}");
+        assert!(other.next_id > landmarks.iter().map(|landmark| landmark.id).max().unwrap());
+        assert!(matches!(empty(2).adopt(&known, 0.0, &pose, &covariance), Err(Error::Full { .. })));
+    }
+
+    #[test]
+    fn a_fixed_map_corrects_the_robot_and_is_not_corrected() {
+        let mut map = empty(12);
+        circle(&mut map, 0..30);
+        let state = saved(&mut map);
+        let known = SavedMap::read(&state).unwrap();
+        let pose = map.filter().pose();
+        let mut fixed = empty(40);
+        circle(&mut fixed, 0..30);
+        fixed.adopt(&known, 0.0, &pose, &Matrix3::from_diagonal_element(0.01)).unwrap();
+        let mut free = fixed.clone();
+        fixed.fix(true);
+        for one in [&mut fixed, &mut free] {
+            circle(one, 30..31);
+        }
+        let trace = |map: &Kept| map.filter().pose_covariance().trace();
+        // What is not corrected corrects less, and both far more than nothing.
+        assert!(trace(&free) < trace(&fixed) && trace(&fixed) < 0.003, "{} {}", trace(&free), trace(&fixed));
+        circle(&mut fixed, 31..60);
+        let landmarks: Vec<_> = known.landmarks().collect();
+        assert_eq!(fixed.filter().landmarks().len(), landmarks.len());
+        for landmark in &landmarks {
+            let own = *fixed.filter().landmark(landmark.id).unwrap();
+            assert_eq!(fixed.filter().position(&own).unwrap(), known.position(landmark));
+            for again in &landmarks {
+                let also = *fixed.filter().landmark(again.id).unwrap();
+                assert_eq!(fixed.filter().covariance_between(&own, &also), known.covariance(landmark, again));
+            }
+        }
+        assert!(
+            landmarks
+                .iter()
+                .any(|landmark| fixed.filter().landmark(landmark.id).unwrap().seen > landmark.seen + 20)
+        );
     }
 
     #[test]
