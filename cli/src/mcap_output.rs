@@ -1,4 +1,5 @@
 //! `--mcap`: the run as a recording of ROS 2.
+use monorange_core::scan::Reading;
 use monorange_formats::{
     Error, Result,
     bags::{MAP_EVERY, Recorder},
@@ -25,7 +26,7 @@ impl McapOutput {
         Ok(Self { recorder: Recorder::new(BufWriter::new(file), rig)?, next_map: f64::NEG_INFINITY })
     }
 
-    /// Adds a pose, the picture with what was seen in it (JPEG), and now and then the map.
+    /// Adds a pose, the picture with what was seen in it (JPEG), its scan, and now and then the map.
     ///
     /// # Errors
     /// When it cannot be written.
@@ -33,9 +34,10 @@ impl McapOutput {
         &mut self,
         pose: &Stamped,
         overlay: &[u8],
+        scan: &[Reading],
         map: impl FnOnce() -> Vec<MapPoint>,
     ) -> Result<()> {
-        self.recorder.frame(pose, overlay)?;
+        self.recorder.frame(pose, overlay, scan)?;
         if pose.time >= self.next_map {
             self.recorder.map(pose.time, &map())?;
             self.next_map = pose.time + MAP_EVERY;

@@ -34,5 +34,5 @@ pub fn extractor(rig: &Rig) -> Result<HeapExtractor> {
 pub fn scanner(rig: &Rig, config: ScanConfig) -> Result<Box<Scanner>> {
     let finder = rig.finder.cast().map_err(Error::new)?;
     let mount_std = rig.mount_std.map(|std| std as f32);
-    Ok(Box::new(Scanner::new(config, finder, mount_std, rig.pixel_covariance().cast()).map_err(Error::new)?))
+    Scanner::new(config, finder, mount_std, rig.pixel_covariance().cast()).map(Box::new).map_err(Error::new)
 }

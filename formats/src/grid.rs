@@ -48,6 +48,11 @@ impl Scans {
         self.0.iter_mut().for_each(|(pose, _)| *pose = moved.compose(pose));
     }
 
+    /// The last one.
+    pub fn last(&self) -> &[Reading] {
+        self.0.last().map_or(&[], |(_, readings)| readings)
+    }
+
     /// The grid that they make.
     pub fn grid(&self) -> Grid {
         let mut grid = Grid::around(self);

@@ -199,8 +199,11 @@ def test_what_we_write_is_read_by_mcap_and_rosbags(command, drive, from_folder, 
     from rosbags.highlevel import AnyReader
 
     made = tmp_path / "out.mcap"
-    words = ["--rig", drive / "rig.toml", "--frames", drive / "frames", "--odometry", drive / "odometry.csv", "--mcap", made]
-    assert slam(command, tmp_path / "out", *words) == from_folder
+    words = ["--rig", drive / "rig.toml", "--frames", drive / "frames", "--odometry", drive / "odometry.csv"]
+    assert slam(command, tmp_path / "out", *words, "--mcap", made) == from_folder
+    # The recording has its scans without --scan too.
+    assert not (tmp_path / "out" / "scan.csv").exists()
+    assert slam(command, tmp_path / "scanned", *words, "--scan") == from_folder
     rows = [[float(cell) for cell in line.split(",")] for line in from_folder["trajectory.csv"].decode().splitlines()[1:]]
     landmarks = from_folder["map.csv"].decode().splitlines()[1:]
 
@@ -209,7 +212,7 @@ def test_what_we_write_is_read_by_mcap_and_rosbags(command, drive, from_folder, 
         by_topic.setdefault(message.channel.topic, []).append(message.ros_msg)
     assert {topic: len(messages) for topic, messages in by_topic.items()}.items() >= {
         "/monorange/odometry": len(rows), "/monorange/pose": len(rows), "/monorange/overlay/compressed": len(rows),
-        "/monorange/camera_info": len(rows), "/tf": len(rows), "/tf_static": 1,
+        "/monorange/scan": len(rows), "/monorange/camera_info": len(rows), "/tf": len(rows), "/tf_static": 1,
     }.items()
     for pose, row in zip(by_topic["/monorange/pose"], rows):
         time, x, y, heading, xx, xy, xh, yy, yh, hh = row
@@ -229,6 +232,38 @@ def test_what_we_write_is_read_by_mcap_and_rosbags(command, drive, from_folder, 
     points = np.frombuffer(bytes(cloud.data), "<f4").reshape(-1, 5)
     places = [[float(cell) for cell in line.split(",")[1:3]] for line in landmarks]
     assert np.allclose(points[:, :2], places, atol=1e-6)
+
+    with AnyReader([made]) as reader:
+        connections = [connection for connection in reader.connections if connection.topic == "/monorange/scan"]
+        again = [reader.deserialize(raw, connection.msgtype) for connection, _, raw in reader.messages(connections=connections)]
+    check_scans(by_topic["/monorange/scan"], tmp_path / "scanned" / "scan.csv")
+    check_scans(again, tmp_path / "scanned" / "scan.csv")
+
+
+def check_scans(scans, table):
+    """The scans of a recording are the rows of `scan.csv`, beam by beam, with REP 117's ranges."""
+    with open(table) as file:
+        rows = list(csv.DictReader(file))
+    beams = len(scans[0].ranges)
+    assert len(scans) * beams == len(rows)
+    kinds, before = set(), float(rows[0]["t"])
+    for index, scan in enumerate(scans):
+        beside = rows[index * beams : (index + 1) * beams]
+        assert scan.header.frame_id == "base_link"
+        assert scan.header.stamp.sec + 1e-9 * scan.header.stamp.nanosec == pytest.approx(float(beside[0]["t"]), abs=1e-9)
+        angles = scan.angle_min + scan.angle_increment * np.arange(beams)
+        assert angles == pytest.approx([float(row["bearing"]) for row in beside], abs=1e-5)
+        assert scan.angle_max == pytest.approx(angles[-1], abs=1e-5)
+        assert scan.scan_time == pytest.approx(float(beside[0]["t"]) - before, abs=1e-6)
+        before = float(beside[0]["t"])
+        assert np.array_equal(np.float32(scan.intensities), np.float32([row["free"] for row in beside]))
+        ends = {"unknown": np.nan, "beyond": np.inf}
+        expected = np.float32([row["range"] or ends[row["kind"]] for row in beside])
+        assert np.array_equal(np.float32(scan.ranges), expected, equal_nan=True)
+        finite = expected[np.isfinite(expected)]
+        assert scan.range_min == 0 and np.all(finite <= np.float32(scan.range_max))
+        kinds |= {row["kind"] for row in beside}
+    assert {"boundary", "unknown"} <= kinds
 
 
 def test_what_is_not_there_is_said_with_what_is(command, drive, pictures, from_folder, tmp_path):

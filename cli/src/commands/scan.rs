@@ -7,11 +7,8 @@ use crate::{
     sequence::{Sequence, SequenceFiles},
 };
 use clap::Args;
-use monorange_core::{
-    geometry::Pose,
-    scan::{BEAMS, Kind, Reading, ScanConfig, Scanner},
-};
-use monorange_formats::{Error, Result, draw::Overlay, extraction::scanner, files::Odometry};
+use monorange_core::scan::{BEAMS, Kind, Reading, ScanConfig};
+use monorange_formats::{Error, Result, draw::Overlay, extraction::scanner};
 use std::{fmt::Write as _, path::PathBuf};
 
 /// How far the floor is free, in every direction, from one camera's pictures: a laser scan without a laser.
@@ -82,7 +79,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     for (image, time) in sequence.images.iter().zip(&sequence.times) {
         bar.inc(1);
         if let Some(before) = before {
-            travel(&mut scanner, sequence.odometry.as_ref(), before, *time);
+            scanner.follow(
+                sequence.odometry.as_ref().and_then(|odometry| odometry.motion(before, *time)).as_ref(),
+            );
         }
         before = Some(*time);
         let picture = match image.read() {
@@ -118,18 +117,6 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 
 /// What the columns are.
 pub(super) const HEADER: &str = "t,bearing,free,range,var_range,kind\n";
-
-/// Takes the robot's motion between two pictures.
-pub(super) fn travel(scanner: &mut Scanner, odometry: Option<&Odometry>, from: f64, to: f64) {
-    let Some(odometry) = odometry else { return scanner.forget_past() };
-    for control in odometry.between(from, to) {
-        if control.unknown != [0.0; 2] {
-            return scanner.forget_past();
-        }
-        let (step, turn) = control.step();
-        scanner.moved(&Pose::new(step.x as f32, step.y as f32, turn as f32));
-    }
-}
 
 /// One beam as a line of the table.
 pub(super) fn row(table: &mut String, time: f64, reading: &Reading) {

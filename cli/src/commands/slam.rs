@@ -89,7 +89,8 @@ pub struct Arguments {
     /// and Nav2 read it, `map.pgm` with `map.yaml`.
     #[arg(long)]
     scan: bool,
-    /// Also write the run as a recording of ROS 2 (MCAP), for Foxglove, rerun and `ros2 bag`.
+    /// Also write the run as a recording of ROS 2 (MCAP), for Foxglove, rerun and `ros2 bag`: Odometry, PoseWithCovarianceStamped,
+    /// PointCloud2 (the map), LaserScan (the virtual scan, as --scan's), CompressedImage (overlays), CameraInfo and tf.
     #[arg(long, value_name = "FILE")]
     mcap: Option<PathBuf>,
     /// Print the summary as JSON.
@@ -153,7 +154,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     bar.finish_and_clear();
     let (mut run, mcap, scanned) = drive.finish(&arguments.inputs, &mut outputs)?;
     results::write(&mut outputs, &mut run)?;
-    scanned.iter().try_for_each(|scanned| scanned.write(&mut outputs))?;
+    if arguments.scan {
+        scanned.iter().try_for_each(|scanned| scanned.write(&mut outputs))?;
+    }
     outputs.commit()?;
     if let Some(mut mcap) = mcap {
         to_file_or_stdout(arguments.mcap.as_deref(), |out| std::io::copy(&mut mcap, out).map(drop))?;
@@ -293,7 +296,7 @@ struct Drive<'a> {
     shots: Vec<Option<(usize, Shot)>>,
     /// The run as a recording, where one is wanted.
     mcap: Option<McapOutput>,
-    /// Its scans, where they are wanted.
+    /// Its scans, where they are wanted, for files or for the recording.
     scanned: Option<Scanned>,
     /// The map that it begins in.
     saved: Option<Saved<'a>>,
@@ -321,7 +324,12 @@ impl<'a> Drive<'a> {
         run.carried = (config.carrier != Carrier::Map).then(Carried::default);
         let (frozen, shots) = (FrozenCamera::default(), vec![None; SHOTS]);
         let mcap = arguments.mcap.as_ref().map(|_| McapOutput::new(rig)).transpose()?;
-        let scanned = arguments.scan.then(|| Scanned::new(rig)).transpose()?;
+        let scanned = match (arguments.scan, &arguments.mcap) {
+            (true, _) => Some(Scanned::new(rig)?),
+            // A recording may lack scans, as of a camera that sees no floor.
+            (false, Some(_)) => Scanned::new(rig).map_err(|error| error.warn()).ok(),
+            (false, None) => None,
+        };
         let saved = map.map(|file| Saved::new(file, arguments.localise_only, &mut pipeline)).transpose()?;
         Ok(Self { sequence, rig, pipeline, start, reached: start, frozen, run, shots, mcap, scanned, saved })
     }
@@ -427,7 +435,8 @@ impl<'a> Drive<'a> {
         let seen = self.run.observations.get(seen..).unwrap_or_default();
         let shot = report::shot(self.rig, &picture.pixels, draw, seen, frame, time - self.start)?;
         if let (Some(mcap), Some(pose)) = (&mut self.mcap, self.run.trajectory.last()) {
-            mcap.frame(pose, &shot.jpeg, || confirmed_map(self.pipeline.filter(), self.start))?;
+            let scan = self.scanned.as_ref().map_or(&[][..], Scanned::last);
+            mcap.frame(pose, &shot.jpeg, scan, || confirmed_map(self.pipeline.filter(), self.start))?;
         }
         if is_best {
             *best = Some((corners, shot));

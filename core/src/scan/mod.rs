@@ -41,6 +41,7 @@
 mod decision;
 mod evidence;
 mod look;
+mod motion;
 mod network;
 mod path;
 mod profile;
@@ -48,6 +49,7 @@ mod reading;
 mod scanner;
 mod weights;
 
+pub use motion::motion_in_run;
 pub use reading::{Kind, Reading};
 pub use scanner::{ScanConfig, Scanner};
 

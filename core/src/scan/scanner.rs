@@ -148,6 +148,14 @@ impl Scanner {
         self.now_from_past = None;
     }
 
+    /// Takes the motion since the last picture, or that nothing is known about it.
+    pub fn follow(&mut self, motion: Option<&Pose<f32>>) {
+        match motion {
+            Some(before_from_after) => self.moved(before_from_after),
+            None => self.forget_past(),
+        }
+    }
+
     /// Takes the next row.
     ///
     /// # Errors

@@ -126,7 +126,7 @@ mod tests {
         let mut recorder = Recorder::new(Vec::new(), &rig).unwrap();
         for step in 0..300 {
             let (time, pose) = (f64::from(step) / 10.0, Pose { x: f64::from(step), y: 0.0, heading: 0.0 });
-            recorder.frame(&Stamped { time, pose, covariance: None }, &[7; 5000]).unwrap();
+            recorder.frame(&Stamped { time, pose, covariance: None }, &[7; 5000], &[]).unwrap();
         }
         let file = recorder.finish().unwrap();
         let length = file.len() as u64;

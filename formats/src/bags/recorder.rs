@@ -6,6 +6,7 @@ use crate::{
 };
 use mcap::{WriteOptions, records::MessageHeader, write::NoSeek};
 use monorange_core::geometry::{Camera, Lens};
+use monorange_core::scan::{Kind, Reading, ScanConfig};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use re_cdr::{CdrWriter, LittleEndian};
 use std::{collections::BTreeMap, io::Write};
@@ -13,10 +14,11 @@ use std::{collections::BTreeMap, io::Write};
 type Body<'a> = CdrWriter<'a, LittleEndian>;
 
 /// Topic and type of everything that is written, in the order of [`Topic`].
-const TOPICS: [(&str, &str); 7] = [
+const TOPICS: [(&str, &str); 8] = [
     ("/monorange/odometry", "nav_msgs/Odometry"),
     ("/monorange/pose", "geometry_msgs/PoseWithCovarianceStamped"),
     ("/monorange/map", "sensor_msgs/PointCloud2"),
+    ("/monorange/scan", "sensor_msgs/LaserScan"),
     ("/monorange/overlay/compressed", "sensor_msgs/CompressedImage"),
     ("/monorange/camera_info", "sensor_msgs/CameraInfo"),
     ("/tf", "tf2_msgs/TFMessage"),
@@ -27,6 +29,7 @@ enum Topic {
     Odometry,
     Pose,
     Map,
+    Scan,
     Overlay,
     CameraInfo,
     Moving,
@@ -47,12 +50,15 @@ const CAMERA: &str = "camera_optical_frame";
 /// | `/monorange/odometry` | `nav_msgs/Odometry`: pose of `base_link` in `map`, speeds since the frame before |
 /// | `/monorange/pose` | `geometry_msgs/PoseWithCovarianceStamped` |
 /// | `/monorange/map` | `sensor_msgs/PointCloud2`: `x`, `y`, `z`, `id`, `sigma` (the larger standard deviation, m) |
+/// | `/monorange/scan` | `sensor_msgs/LaserScan`: the virtual scan, a beam a bearing; ranges by REP 117: `+inf` where the floor is free as far as is looked at, not a number where nothing is certain; `intensities` is `free`, m: the floor is seen clear up to there |
 /// | `/monorange/overlay/compressed` | `sensor_msgs/CompressedImage`: JPEG with lines, corners, grid and horizon |
 /// | `/monorange/camera_info`, `/tf`, `/tf_static` | the camera of the overlay's size, the robot's pose and the mount |
 pub struct Recorder<W: Write> {
     writer: mcap::Writer<NoSeek<W>>,
     channels: Vec<u16>,
     camera: Camera<f64>,
+    /// Its height above the floor, m.
+    camera_height: f32,
     /// Its message for the overlays, after the header.
     camera_info: Vec<u8>,
     fixed: Vec<u8>,
@@ -85,8 +91,9 @@ impl<W: Write> Recorder<W> {
         let mut body = Body::new(&mut fixed);
         body.write_sequence_length(1);
         transform(&mut body, 0.0, ROBOT, CAMERA, [forward, left, height], turn.coords.into());
-        let camera = *rig.finder.camera();
-        Ok(Self { writer, channels, camera, camera_info: Vec::new(), fixed, last: None, sequence: 0 })
+        let (camera, camera_height) = (*rig.finder.camera(), height as f32);
+        let (camera_info, last, sequence) = (Vec::new(), None, 0);
+        Ok(Self { writer, channels, camera, camera_height, camera_info, fixed, last, sequence })
     }
 
     /// Adds the landmarks as they are at a time (s).
@@ -97,11 +104,11 @@ impl<W: Write> Recorder<W> {
         self.write(Topic::Map, time, |body| cloud(body, time, points))
     }
 
-    /// Adds a pose, and the picture with what was seen in it (JPEG).
+    /// Adds a pose, the picture with what was seen in it (JPEG), and its scan where there is one.
     ///
     /// # Errors
     /// When nothing can be written.
-    pub fn frame(&mut self, pose: &Stamped, overlay: &[u8]) -> Result<()> {
+    pub fn frame(&mut self, pose: &Stamped, overlay: &[u8], scan: &[Reading]) -> Result<()> {
         let (time, half) = (pose.time, 0.5 * pose.pose.heading);
         let turn = [0.0, 0.0, libm::sin(half), libm::cos(half)];
         let place = [pose.pose.x, pose.pose.y, 0.0];
@@ -130,6 +137,14 @@ impl<W: Write> Recorder<W> {
             numbers(body, &turn);
             numbers(body, &covariance);
         })?;
+        if let [first, .., last] = scan {
+            let seconds = self.last.as_ref().map_or(0.0, |before| time - before.time);
+            let reach = ScanConfig::default().reach * self.camera_height;
+            self.write(Topic::Scan, time, |body| {
+                header(body, time, ROBOT);
+                laser_scan(body, [first.bearing, last.bearing], seconds as f32, reach, scan);
+            })?;
+        }
         self.write(Topic::Overlay, time, |body| {
             header(body, time, CAMERA);
             body.write_string("jpeg");
@@ -262,6 +277,26 @@ fn cloud(body: &mut Body<'_>, time: f64, points: &[MapPoint]) {
     body.write_bool(true);
 }
 
+/// A scan after its header: beams between two bearings, evenly, taken `seconds` after the scan before.
+fn laser_scan(body: &mut Body<'_>, ends: [f32; 2], seconds: f32, reach: f32, scan: &[Reading]) {
+    let [first, last] = ends;
+    let range = |reading: &Reading| match reading.kind {
+        Kind::Beyond => f32::INFINITY,
+        _ => reading.range.unwrap_or(f32::NAN),
+    };
+    // What lies beyond `range_max` is passed over by readers: nothing that was measured may.
+    let farthest = scan.iter().filter_map(|reading| reading.range).fold(reach, f32::max);
+    let step = (last - first) / (scan.len() - 1) as f32;
+    // All beams are of one picture: no time passes from one to the next.
+    for number in [first, last, step, 0.0, seconds, 0.0, farthest] {
+        body.write_f32(number);
+    }
+    for column in [range, |reading: &Reading| reading.free] {
+        body.write_sequence_length(scan.len());
+        scan.iter().for_each(|reading| body.write_f32(column(reading)));
+    }
+}
+
 /// A camera_info after its header, which ends at a multiple of four bytes here, of pictures that are enlarged by a whole factor.
 fn camera_info(camera: &Camera<f64>, factor: usize) -> Vec<u8> {
     let model = match camera.lens() {
@@ -292,4 +327,57 @@ fn camera_info(camera: &Camera<f64>, factor: usize) -> Vec<u8> {
     (0..6).for_each(|_| body.write_u32(0)); // no binning, no window
     body.write_bool(false);
     data.split_off(head)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use monorange_core::geometry::Pose;
+    use re_cdr::CdrReader;
+    use std::path::Path;
+
+    const RIG: &str = "[camera]\nwidth = 64\nheight = 48\nfocal = [60.0, 60.0]\nprincipal = [31.5, 23.5]\n\
+        [mount]\nheight = 0.4\ntilt_deg = 12.0\n";
+
+    #[test]
+    fn a_scan_is_written_beam_by_beam_and_what_is_free_or_unknown_has_no_range() {
+        let beam = |bearing, free, range, kind| Reading { bearing, free, range, var_range: 0.01, kind };
+        let scan = [
+            beam(-0.2, 1.0, Some(1.25), Kind::Boundary),
+            beam(-0.1, 7.5, None, Kind::Beyond),
+            beam(0.0, 0.5, None, Kind::Unknown),
+            beam(0.1, 8.0, Some(8.25), Kind::Obstacle),
+        ];
+        let mut recorder =
+            Recorder::new(Vec::new(), &Rig::parse(Path::new("rig.toml"), RIG).unwrap()).unwrap();
+        for (time, scan) in [(5.0, &scan[..]), (5.5, &scan[..]), (6.0, &[])] {
+            let pose = Stamped { time, pose: Pose::default(), covariance: None };
+            recorder.frame(&pose, &[], scan).unwrap();
+        }
+        let file = recorder.finish().unwrap();
+        let messages = mcap::MessageStream::new(&file).unwrap().map(|message| message.unwrap());
+        let scans: Vec<_> = messages.filter(|message| message.channel.topic == "/monorange/scan").collect();
+        assert_eq!(
+            scans.iter().map(|message| message.log_time).collect::<Vec<_>>(),
+            [5_000_000_000, 5_500_000_000]
+        );
+        for (message, scan_time) in scans.iter().zip([0.0, 0.5]) {
+            assert_eq!(message.channel.schema.as_ref().unwrap().name, "sensor_msgs/msg/LaserScan");
+            let mut body = CdrReader::<LittleEndian>::new(&message.data[4..]);
+            let stamp = (body.read_i32().unwrap(), body.read_u32().unwrap());
+            assert_eq!((stamp.0, body.read_str().unwrap()), (5, "base_link"));
+            let mut next = |count| -> Vec<f32> { (0..count).map(|_| body.read_f32().unwrap()).collect() };
+            let (ends, step, times, limits) = (next(2), next(1), next(2), next(2));
+            assert_eq!((ends, times, limits), (vec![-0.2, 0.1], vec![0.0, scan_time], vec![0.0, 8.25]));
+            assert!((step[0] - 0.1).abs() < 1e-6, "{step:?}");
+            let mut column = || -> Vec<f32> {
+                let beams = body.read_sequence_length().unwrap();
+                (0..beams).map(|_| body.read_f32().unwrap()).collect()
+            };
+            let (ranges, free) = (column(), column());
+            assert_eq!((ranges[0], ranges[1], ranges[3]), (1.25, f32::INFINITY, 8.25));
+            assert!(ranges[2].is_nan());
+            assert_eq!(free, [1.0, 7.5, 0.5, 8.0]);
+        }
+    }
 }

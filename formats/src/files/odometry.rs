@@ -1,6 +1,6 @@
 use super::{Stamped, Table, trajectory};
 use crate::{Error, Result, plausibility};
-use monorange_core::pipeline;
+use monorange_core::{geometry::Pose, pipeline};
 use nalgebra::{Matrix2, Vector2};
 use std::path::Path;
 
@@ -218,6 +218,15 @@ impl Odometry {
             let (sin, cos) = libm::sincos(turn);
             (way + Matrix2::new(cos, -sin, sin, cos) * step, turn + more)
         })
+    }
+
+    /// The robot's frame at a later time in that of an earlier one; `None` where the log has a gap between them.
+    pub fn motion(&self, from: f64, to: f64) -> Option<Pose<f32>> {
+        if self.between(from, to).iter().any(|span| span.unknown != [0.0; 2]) {
+            return None;
+        }
+        let (step, turn) = self.step(from, to);
+        Some(Pose::new(step.x as f32, step.y as f32, turn as f32))
     }
 
     /// The motions from one time to a later one, cut at both ends.

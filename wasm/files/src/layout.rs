@@ -164,6 +164,11 @@ impl Layout {
         let motions = self.odometry.iter().flat_map(|wheels| wheels.between(from, to));
         motions.map(|motion| motion.way()).sum()
     }
+    /// The robot's motion by its wheels between two times: forward, left (m), turn (rad); nothing where the log has a gap.
+    pub fn motion(&self, from: f64, to: f64) -> Option<Vec<f32>> {
+        let Pose { x, y, heading } = self.odometry.as_ref()?.motion(from, to)?;
+        Some(vec![x, y, heading])
+    }
     /// The odometry's readings between two times, as the pipeline's module reads them.
     pub fn between(&self, from: f64, to: f64) -> Vec<u8> {
         let reading = |motion: &files::Control| match motion.reading() {

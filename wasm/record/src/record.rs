@@ -38,6 +38,8 @@ pub struct Frame {
     pub pose: [f32; 3],
     /// var_x, cov_xy, cov_xh, var_y, cov_yh, var_h.
     pub covariance: [f32; 6],
+    /// The robot's motion since the frame before, as a scan takes it: forward, left, turn; nothing where it is not known.
+    pub moved: Option<[f32; 3]>,
     /// Rows of [`crate::Corner`].
     pub corners: Vec<f32>,
     /// Milliseconds of decoding, edges, lines, motion, map.

@@ -40,6 +40,8 @@ pub struct Results {
     rig: Rig,
     /// Index, and corners, of every frame that was used.
     used: Vec<(usize, usize)>,
+    /// How the robot had moved in each of them since the one before.
+    moved: Vec<Option<Pose<f32>>>,
     start: f64,
     /// What the run warned of.
     told: Vec<String>,
@@ -160,7 +162,7 @@ impl Results {
         // The run has told what there is to say of its rig.
         warnings::forget();
         let mut run = Run::of_pictures(record.title.clone(), command.into(), &rig, record.frames);
-        let mut used = Vec::new();
+        let (mut used, mut moved) = (Vec::new(), Vec::new());
         for frame in &record.used {
             let [xx, xy, xh, yy, yh, hh] = frame.covariance;
             let covariance = Matrix3::new(xx, xy, xh, xy, yy, yh, xh, yh, hh).map(f64::from);
@@ -175,6 +177,7 @@ impl Results {
             let corners = frame.corners.chunks_exact(Corner::WIDTH).filter_map(Corner::of);
             let before = run.observations.len();
             run.observations.extend(corners.map(|corner| observation(frame, &corner)));
+            moved.push(frame.moved.map(|[x, y, heading]| Pose { x, y, heading }));
             used.push((frame.index, run.observations.len() - before));
             for (stage, spent) in run.stages.iter_mut().zip(frame.stages_ms) {
                 stage.times_ms.push(f64::from(spent));
@@ -191,7 +194,7 @@ impl Results {
         let rows = |rows: &[f32]| rows.chunks_exact(Landmark::WIDTH).filter_map(map_point_then).collect();
         let maps = record.maps.iter().map(|map| (map.time, rows(&map.landmarks))).collect();
         let (start, told) = (record.start, record.warnings.clone());
-        Ok(Self { run, rig, used, start, told, maps, mcap: None })
+        Ok(Self { run, rig, used, moved, start, told, maps, mcap: None })
     }
 
     fn add_to_mcap(&mut self, pixels: &[u8]) -> Result<Vec<u8>, monorange_formats::Error> {
@@ -201,17 +204,22 @@ impl Results {
         };
         let jpeg = self.shot(*frame, pixels)?.jpeg;
         let map = self.maps.iter().find(|(time, _)| *time == pose.time).map(|(_, map)| map.as_slice());
+        let moved = self.moved.get(next).and_then(Option::as_ref);
+        let picture = self.grey(pixels)?;
         match &mut self.mcap {
-            Some(mcap) => mcap.frame(pose, &jpeg, map),
+            Some(mcap) => mcap.frame(pose, moved, picture, &jpeg, map),
             None => Err(monorange_formats::Error::new("the recording was not begun")),
         }
     }
 
+    fn grey<'a>(&self, pixels: &'a [u8]) -> Result<Grey<'a>, monorange_formats::Error> {
+        let camera = self.rig.finder.camera();
+        Grey::new(pixels, camera.width(), camera.height()).map_err(monorange_formats::Error::new)
+    }
+
     /// The picture of a frame with what was found in it.
     fn shot(&self, frame: usize, pixels: &[u8]) -> Result<Shot, monorange_formats::Error> {
-        let camera = self.rig.finder.camera();
-        let picture =
-            Grey::new(pixels, camera.width(), camera.height()).map_err(monorange_formats::Error::new)?;
+        let picture = self.grey(pixels)?;
         let mut extractor = extractor(&self.rig)?;
         extractor.begin();
         for row in picture.rows() {
@@ -299,6 +307,7 @@ mod tests {
             time: 0.5,
             pose: [0.1, -2.0, 0.0],
             covariance: [1.0, 0.0, 0.0, 1.0, 0.0, 1.0],
+            moved: None,
             corners: rows.repeat(corners),
             stages_ms: [1.0; 5],
         };

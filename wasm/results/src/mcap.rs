@@ -1,6 +1,10 @@
 //! The run as a recording of ROS 2, by the command line's recorder; its bytes are handed on as they come.
+use monorange_core::geometry::Pose;
+use monorange_core::image::Grey;
+use monorange_core::scan::{ScanConfig, Scanner};
 use monorange_formats::Error;
 use monorange_formats::bags::{self, Recorder};
+use monorange_formats::extraction::scanner;
 use monorange_formats::files::{MapPoint, Rig, Stamped};
 use std::cell::RefCell;
 use std::io::{self, Write};
@@ -27,6 +31,8 @@ impl Write for Pipe {
 /// A recording that grows.
 pub(crate) struct Mcap {
     recorder: Recorder<Pipe>,
+    /// Where the camera sees any floor.
+    scanner: Option<Box<Scanner>>,
     pipe: Pipe,
     /// How many it has.
     pub(crate) frames: usize,
@@ -35,17 +41,28 @@ pub(crate) struct Mcap {
 impl Mcap {
     pub(crate) fn new(rig: &Rig) -> Result<Self, Error> {
         let pipe = Pipe::default();
-        Ok(Self { recorder: Recorder::new(pipe.clone(), rig)?, pipe, frames: 0 })
+        let (recorder, scanner) =
+            (Recorder::new(pipe.clone(), rig)?, scanner(rig, ScanConfig::default()).ok());
+        Ok(Self { recorder, scanner, pipe, frames: 0 })
     }
 
-    /// Adds a frame, with the map where one is due; what is there since the call before.
+    /// Adds a frame, with its scan, and the map where one is due; what is there since the call before.
     pub(crate) fn frame(
         &mut self,
         pose: &Stamped,
+        moved: Option<&Pose<f32>>,
+        picture: Grey<'_>,
         jpeg: &[u8],
         map: Option<&[MapPoint]>,
     ) -> Result<Vec<u8>, Error> {
-        self.recorder.frame(pose, jpeg)?;
+        let scan = match &mut self.scanner {
+            Some(scanner) => {
+                scanner.follow(moved);
+                scanner.scan(picture).map_err(Error::new)?
+            }
+            None => &[],
+        };
+        self.recorder.frame(pose, jpeg, scan)?;
         if let Some(map) = map {
             self.recorder.map(pose.time, map)?;
         }

@@ -51,6 +51,8 @@ export interface Layout {
   between(from: number, to: number): Uint8Array;
   /** Length of the way between two times, m. */
   way(from: number, to: number): number;
+  /** Motion by the wheels between two times: forward, left, turn; nothing where it is not known. */
+  motion(from: number, to: number): Float32Array | undefined;
 }
 
 /** The modules that load when they are needed, and functions of the page. */
@@ -251,6 +253,8 @@ extern "C" {
     pub fn warnings(this: &Layout) -> Vec<String>;
     #[wasm_bindgen(method)]
     pub fn way(this: &Layout, from: f64, to: f64) -> f64;
+    #[wasm_bindgen(method)]
+    pub fn motion(this: &Layout, from: f64, to: f64) -> Option<Vec<f32>>;
     #[wasm_bindgen(method)]
     pub fn between(this: &Layout, from: f64, to: f64) -> Vec<u8>;
 

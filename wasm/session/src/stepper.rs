@@ -3,6 +3,8 @@ use crate::decode::{Picture, scope};
 use crate::object;
 use crate::readers::{JsResult, JsRig, Layout, Pipeline, Readers, Report, Watch};
 use js_sys::Float32Array;
+use monorange_core::geometry::Pose;
+use monorange_core::scan::motion_in_run;
 use monorange_wasm_record::record::readings_from_bytes;
 use monorange_wasm_record::{Frame, MapPoint, Reading, Record, Verdict};
 use std::cell::Cell;
@@ -155,9 +157,13 @@ impl Stepper {
         let grey = picture.grey();
         self.pipeline.load(&grey).map_err(|error| object::words(&error))?;
         let decoded = decode_ms + now() - begin;
-        let way = match &self.motion {
-            Motion::Wheels(layout) => layout.way(self.reached.get(), time),
-            _ => 0.0,
+        let before = pose_of(&self.pose);
+        let (way, wheels) = match &self.motion {
+            Motion::Wheels(layout) => {
+                let motion = layout.motion(self.reached.get(), time);
+                (layout.way(self.reached.get(), time), Some(motion.as_deref().and_then(pose_of)))
+            }
+            _ => (0.0, None),
         };
         self.watch.look(name, &grey, way);
         let (report, [edges, lines, motion, map]) = self
@@ -175,10 +181,13 @@ impl Stepper {
             nis: report.nis(),
             nis_degrees: report.nis_degrees(),
         };
+        let moved = before.zip(pose_of(&self.pose));
+        let moved = moved.and_then(|(before, now)| motion_in_run(wheels, report.held(), &before, &now));
+        let moved = moved.map(|Pose { x, y, heading }| [x, y, heading]);
         let (pose, covariance, corners) = (self.pose, self.covariance, seen.corners.clone());
         let landmarks = seen.landmarks.clone();
         let used = Used::Frame {
-            frame: Box::new(Frame { index, time, pose, covariance, corners, stages_ms }),
+            frame: Box::new(Frame { index, time, pose, covariance, moved, corners, stages_ms }),
             landmarks,
             held: report.held(),
             carried_by: report.carried_by(),
@@ -288,6 +297,12 @@ fn fill_from(into: &mut [f32], values: impl Iterator<Item = f32>) {
     for (into, value) in into.iter_mut().zip(values) {
         *into = value;
     }
+}
+
+/// As it is: wrapping again could change the last bit.
+fn pose_of(numbers: &[f32]) -> Option<Pose<f32>> {
+    let [x, y, heading] = *numbers else { return None };
+    Some(Pose { x, y, heading })
 }
 
 fn map_point(row: &[f64]) -> Option<MapPoint> {

@@ -11,7 +11,7 @@ export async function preview(): Promise<{ shown: Shown; result: FrameResult; ri
   const picture = await (await fetch(new URL('./first.jpg', import.meta.url))).blob();
   const layout: Layout = {
     frames: Uint32Array.of(0), times: Float64Array.of(0), name: 'sample', title: 'sample', rig: null, rigSize: undefined, rigSource: '',
-    wheels: false, truth: null, laser: null, used: true, brought: '', notes: [], warnings: [], between: () => new Uint8Array(), way: () => 0,
+    wheels: false, truth: null, laser: null, used: true, brought: '', notes: [], warnings: [], between: () => new Uint8Array(), way: () => 0, motion: () => undefined,
   };
   const readers: Readers = {
     whyCut: () => undefined, watch: () => ({ look: () => undefined, froze: () => false, judge: () => false, free: () => undefined }), warnings: () => [],

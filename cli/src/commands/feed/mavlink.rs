@@ -117,7 +117,7 @@ impl Mavlink {
         let speed = self.last.and_then(|(_, before, from)| speed(&from, &now, (time - before) as f32));
         self.send(&odometry_of(pose, speed));
         if let Some((_, before, _)) = self.last {
-            crate::commands::scan::travel(&mut self.scanner, odometry, before, time);
+            self.scanner.follow(odometry.and_then(|odometry| odometry.motion(before, time)).as_ref());
         }
         self.last = Some((frame, time, now));
         let readings = self.scanner.scan(picture.grey()?).map_err(Error::new)?;

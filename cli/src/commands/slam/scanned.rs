@@ -1,13 +1,13 @@
-//! `slam --scan`: the virtual scan of every picture, and the grid that the scans make along the path.
+//! The virtual scan of every picture, for `slam --scan` with the grid that the scans make along the path, and for `--mcap`.
 use crate::{
-    commands::scan::{HEADER, row, travel},
+    commands::scan::{HEADER, row},
     outputs::Outputs,
 };
 use monorange_core::{
     geometry::Pose,
     image::Grey,
     pipeline::{MovedBy, Report},
-    scan::{ScanConfig, Scanner},
+    scan::{Reading, ScanConfig, Scanner, motion_in_run},
 };
 use monorange_formats::{
     Error, Result,
@@ -33,8 +33,7 @@ impl Scanned {
         Ok(Self { scanner, table: HEADER.to_owned(), scans: Scans::default(), before: None })
     }
 
-    /// Scans the picture at a time, from where the run has put the robot: with the motion of the wheels since the picture before as
-    /// `monorange scan` takes it, without wheels with the run's.
+    /// Scans the picture at a time, from where the run has put the robot.
     pub(super) fn look(
         &mut self,
         time: f64,
@@ -42,11 +41,10 @@ impl Scanned {
         odometry: Option<&Odometry>,
         report: &Report,
     ) -> Result<()> {
-        match self.before {
-            None => {}
-            Some((before, _)) if odometry.is_some() => travel(&mut self.scanner, odometry, before, time),
-            Some(_) if report.moved_by == MovedBy::Held => self.scanner.forget_past(),
-            Some((_, before)) => self.scanner.moved(&before.inverse().compose(&report.pose)),
+        if let Some((before, pose)) = &self.before {
+            let wheels = odometry.map(|odometry| odometry.motion(*before, time));
+            let held = report.moved_by == MovedBy::Held;
+            self.scanner.follow(motion_in_run(wheels, held, pose, &report.pose).as_ref());
         }
         self.before = Some((time, report.pose));
         let readings = self.scanner.scan(picture).map_err(Error::new)?;
@@ -59,6 +57,11 @@ impl Scanned {
     pub(super) fn put(&mut self, moved: &Pose<f32>) {
         self.scans.put(moved);
         self.before = self.before.map(|(time, pose)| (time, moved.compose(&pose)));
+    }
+
+    /// The last picture's.
+    pub(super) fn last(&self) -> &[Reading] {
+        self.scans.last()
     }
 
     pub(super) fn write(&self, outputs: &mut Outputs) -> Result<()> {
