@@ -8,14 +8,13 @@
 //! |---|---|
 //! | [`pipeline`], [`report`] | `Pipeline`: pictures and odometry in; corners, pose and map out, step by step |
 //! | [`range_finder`] | `RangeFinder`: range, bearing and ±σ of a pixel, tape measure, horizon, floor grid |
-//! | [`rig`] | `Rig`: camera and mount as an object with named entries |
+//! | `monorange-wasm-rig` | `Rig`: camera and mount as an object with named entries |
 #![warn(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
 pub mod outline;
 pub mod pipeline;
 pub mod range_finder;
 pub mod report;
-pub mod rig;
 pub mod tape;
 
 pub use pipeline::Pipeline;

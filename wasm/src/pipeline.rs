@@ -10,7 +10,6 @@
 //!
 //! It is [`monorange_core::pipeline`] and nothing besides, so the numbers are those of the host and of the robot.
 use crate::report::{self, Report};
-use crate::rig::{JsRig, Rig};
 use monorange_core::geometry::RangeFinder;
 use monorange_core::image::Grey;
 use monorange_core::pipeline::{Carrier, Config, MotionFrom, Odometry, Stage};
@@ -19,6 +18,7 @@ use monorange_core::{Error, Result};
 use monorange_protocol::{conversion::config_from_message, message::Configure};
 use monorange_wasm_drive::Drive;
 use monorange_wasm_record::Verdict;
+use monorange_wasm_rig::{JsRig, Rig};
 use wasm_bindgen::prelude::*;
 
 /// Landmarks that the map has room for, as on the command line.

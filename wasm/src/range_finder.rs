@@ -1,8 +1,8 @@
 //! A camera on its mount, as JavaScript sees it.
-use crate::rig::{JsRig, Rig};
 use crate::{outline, tape};
 use monorange_core::Result;
 use monorange_core::geometry::{self, NoFloor};
+use monorange_wasm_rig::{JsRig, Rig};
 use nalgebra::{Matrix2, Vector2};
 use wasm_bindgen::prelude::*;
 

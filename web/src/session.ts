@@ -65,10 +65,13 @@ export class PageSession {
     store.set({ phase: 'empty' });
     performance.mark('ready');
     try {
-      const { shown, result, rig } = await this.#engine.call('preview', null);
+      const { shown, result, rig } = await this.#engine.call('preview', { scan: false });
       if (store.state.phase !== 'empty') return shown.picture.close();
       this.#given = rig;
       store.set({ picture: shown.picture, results: [result], ...withHash(location.hash, rig, store.state.layers) });
+      const scanned = await this.#engine.call('preview', { scan: true });
+      scanned.shown.picture.close();
+      if (store.state.phase === 'empty') store.set({ results: [scanned.result] });
     } catch (error) {
       say(sentence(error));
     }

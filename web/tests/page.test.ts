@@ -88,6 +88,35 @@ test('the sample ends in a map', async () => {
   expect(trajectory.length).toBe(300);
 });
 
+/** How much more green than red there is in the lower middle of the picture. */
+const greenness = () => page.evaluate(() => {
+  const canvas = document.querySelector<HTMLCanvasElement>('#camera-view')!;
+  const [width, height] = [canvas.width, canvas.height];
+  const { data } = canvas.getContext('2d')!.getImageData(0.4 * width, 0.8 * height, 0.2 * width, 0.1 * height);
+  let sum = 0;
+  for (let at = 0; at < data.length; at += 4) sum += data[at + 1]! - data[at]!;
+  return (4 * sum) / data.length;
+});
+
+test('the free floor is tinted, of the first picture and while the sample plays, until its switch is pressed', async () => {
+  await expect.poll(greenness).toBeGreaterThan(20);
+  await page.click('#sample');
+  await waitForPhase(page, 'done');
+  await page.locator('#timeline').focus();
+  await page.keyboard.press('Home');
+  await page.keyboard.press('Space');
+  const seen: number[] = [];
+  for (let look = 0; look < 10; look += 1) {
+    seen.push(await greenness());
+    await page.waitForTimeout(100);
+  }
+  await page.keyboard.press('Space');
+  expect(Math.min(...seen), seen.join()).toBeGreaterThan(20);
+  expect(await status()).toMatch(/ · floor free for \d\.\d\d m ahead, nearest (boundary|obstacle) \d+\.\d+ m ± \d\.\d+, /);
+  await page.click('[data-layer=scan]');
+  await expect.poll(greenness).toBeLessThan(5);
+});
+
 test('the main thread is never busy for more than 50 ms at a time', async () => {
   const longest: number[] = [];
   // The least of a few: other work on the machine only ever adds.

@@ -16,9 +16,11 @@ struct Build {
 }
 
 const PIPELINE: (&str, &str) = ("wasm", "monorange-wasm");
+const SCAN: (&str, &str) = ("wasm/scan", "monorange-wasm-scan");
 const BUILDS: [Build; 6] = [
-    Build { packages: &[PIPELINE], profile: "wasm", variant: "simd" },
-    Build { packages: &[PIPELINE], profile: "wasm", variant: "scalar" },
+    // For speed too, since every picture goes through the scan; but the page does not wait for it.
+    Build { packages: &[PIPELINE, SCAN], profile: "wasm", variant: "simd" },
+    Build { packages: &[PIPELINE, SCAN], profile: "wasm", variant: "scalar" },
     // Loaded when needed, and never in a hurry.
     Build {
         packages: &[
@@ -55,17 +57,19 @@ const LIMITS: [(&str, &str, u64); 3] = [
 /// What the empty page loads in all, bytes after gzip.
 const FIRST_LOAD: u64 = 330_000;
 /// What it does not load: how the names of the parts begin that come when they are needed.
-const LATER: [&str; 11] = [
+const LATER: [&str; 13] = [
     "board",
     "containers",
     "files",
     "pictures",
     "results",
+    "scan",
     "monorange_wasm_board",
     "monorange_wasm_containers",
     "monorange_wasm_files",
     "monorange_wasm_pictures",
     "monorange_wasm_results",
+    "monorange_wasm_scan",
     "monorange_wasm_scalar",
 ];
 

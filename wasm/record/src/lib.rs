@@ -9,7 +9,7 @@ pub mod record;
 pub mod rows;
 
 pub use record::{Frame, MapPoint, Reading, Record};
-pub use rows::{Corner, Landmark, Line, Predicted};
+pub use rows::{Beam, BeamKind, Corner, Landmark, Line, Predicted};
 
 use monorange_core::slam;
 use serde::{Deserialize, Serialize};

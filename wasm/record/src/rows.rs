@@ -1,6 +1,7 @@
 //! Rows of numbers, their columns written once.
 use crate::Decision;
 use monorange_core::pipeline::CornerReport;
+use monorange_core::scan;
 use wasm_bindgen::prelude::*;
 
 /// A structure of numbers, and the enumeration of its columns for JavaScript, whose `Width` is the row's length.
@@ -118,6 +119,60 @@ rows! {
         u1 = U1,
         /// The other end, down.
         v1 = V1,
+    }
+}
+
+rows! {
+    /// A beam of the virtual scan.
+    Beam, BeamColumn {
+        /// Radians, positive to the left.
+        bearing = Bearing,
+        /// The floor is seen clear up to here, metres; 0 where no floor is seen.
+        free = Free,
+        /// What bounds it, metres; not a number: nothing that is known.
+        range = Range,
+        /// Standard deviation of the range in metres.
+        range_std = RangeStd,
+        /// Number of its [`BeamKind`].
+        kind = Kind,
+    }
+}
+
+/// What ends the free floor of a beam.
+#[wasm_bindgen]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BeamKind {
+    /// A foot that its neighbours continue.
+    Boundary = 0,
+    /// A foot by itself.
+    Obstacle = 1,
+    /// Nothing that is certain.
+    Unknown = 2,
+    /// Nothing: the floor is free as far as the scan reaches.
+    Beyond = 3,
+}
+
+impl From<scan::Kind> for BeamKind {
+    fn from(kind: scan::Kind) -> Self {
+        match kind {
+            scan::Kind::Boundary => Self::Boundary,
+            scan::Kind::Obstacle => Self::Obstacle,
+            scan::Kind::Unknown => Self::Unknown,
+            scan::Kind::Beyond => Self::Beyond,
+        }
+    }
+}
+
+impl Beam {
+    /// The row of a reading.
+    pub fn from_reading(reading: &scan::Reading) -> Self {
+        Self {
+            bearing: reading.bearing,
+            free: reading.free,
+            range: reading.range.unwrap_or(f32::NAN),
+            range_std: libm::sqrtf(reading.var_range),
+            kind: BeamKind::from(reading.kind) as u32 as f32,
+        }
     }
 }
 

@@ -1,4 +1,6 @@
 //! Camera and mount as a JavaScript object with named entries.
+#![warn(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
+
 use monorange_core::geometry::{Camera, Lens, Mount, RangeFinder};
 use monorange_core::{Error, Result};
 use wasm_bindgen::prelude::*;

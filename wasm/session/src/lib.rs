@@ -121,7 +121,7 @@ impl Session {
     #[wasm_bindgen(js_name = openCamera)]
     pub fn open_camera(rig: &JsRig, readers: Readers) -> Result<Session, JsValue> {
         let size = Cell::new((rig.width() as usize, rig.height() as usize));
-        let live = Stepper::new(rig, &readers, 0.0, Motion::Pictures)?;
+        let live = Stepper::new(rig, &readers, 0.0, Motion::Pictures)?.with_scan(rig, &readers);
         let record = Record { title: "camera".into(), unmeasured: Some(0), ..Record::default() };
         Ok(Session {
             frames: RefCell::default(),

@@ -8,6 +8,7 @@ use web_sys::Blob;
 #[wasm_bindgen(typescript_custom_section)]
 const TYPES: &str = r#"
 import type { Pipeline, Rig } from '../../index.js';
+import type { Scan } from '../../scan/index.js';
 
 /** A file: one that was dropped, or one that is written when it is read. */
 export interface Source {
@@ -67,6 +68,8 @@ export interface Readers {
   focalOf(head: Uint8Array, width: number, height: number): Float64Array | undefined;
   /** A pipeline for a rig, of the module that has it. */
   pipeline(rig: Rig, byPictures: boolean): Pipeline;
+  /** The virtual scan of a rig's pictures; nothing where its camera sees no floor, or the module is not there yet. */
+  scan(rig: Rig): Scan | undefined;
   /** Why a picture's file is not whole, as the end of a sentence. */
   whyCut(file: Uint8Array): string | undefined;
   /** Looks at the pictures of a run for what cannot be meant. */
@@ -108,6 +111,8 @@ export interface FrameResult {
   predicted: Float32Array;
   lines: Float32Array;
   landmarks: Float32Array;
+  /** The virtual scan, rows with the columns of `BeamColumn`; empty where there is none. */
+  beams: Float32Array;
   /** Sum of the matched corners' normalised innovations squared, and how many numbers it sums. */
   nis: number;
   nisDegrees: number;
@@ -187,6 +192,8 @@ extern "C" {
     pub fn focal_of(this: &Readers, head: Uint8Array, width: u32, height: u32) -> Option<Vec<f64>>;
     #[wasm_bindgen(method, catch)]
     pub fn pipeline(this: &Readers, rig: &JsRig, by_pictures: bool) -> Result<Pipeline, JsValue>;
+    #[wasm_bindgen(method)]
+    pub fn scan(this: &Readers, rig: &JsRig) -> Option<Scan>;
     #[wasm_bindgen(method, js_name = whyCut)]
     pub fn why_cut(this: &Readers, file: Uint8Array) -> Option<String>;
     #[wasm_bindgen(method)]
@@ -208,6 +215,15 @@ extern "C" {
     pub fn judge(this: &Watch) -> bool;
     #[wasm_bindgen(method)]
     pub fn free(this: &Watch);
+
+    /// The virtual scan of a run's pictures.
+    #[wasm_bindgen(typescript_type = "Scan")]
+    #[derive(Clone, Debug)]
+    pub type Scan;
+    #[wasm_bindgen(method, catch)]
+    pub fn look(this: &Scan, pixels: &[u8], moved: Option<Vec<f32>>) -> Result<Vec<f32>, JsValue>;
+    #[wasm_bindgen(method)]
+    pub fn free(this: &Scan);
 
     /// A picture that another module has decoded.
     #[wasm_bindgen(typescript_type = "RarePicture")]

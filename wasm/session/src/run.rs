@@ -30,7 +30,7 @@ pub(crate) async fn run(
     };
     let unmeasured = matches!(motion, Motion::Pictures).then_some(0);
     let title = session.record.borrow().title.clone();
-    let mut stepper = Stepper::new(rig, &session.readers, start, motion)?;
+    let mut stepper = Stepper::new(rig, &session.readers, start, motion)?.with_scan(rig, &session.readers);
     let carried = stepper.carried();
     *session.record.borrow_mut() =
         Record { title, frames: frames.len(), start, unmeasured, carried, ..Record::default() };

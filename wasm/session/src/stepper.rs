@@ -1,7 +1,7 @@
 //! The pipeline with a sequence's clock; a picture that cannot be used is a result that says so.
 use crate::decode::{Picture, scope};
 use crate::object;
-use crate::readers::{JsResult, JsRig, Layout, Pipeline, Readers, Report, Watch};
+use crate::readers::{JsResult, JsRig, Layout, Pipeline, Readers, Report, Scan, Watch};
 use js_sys::Float32Array;
 use monorange_core::geometry::Pose;
 use monorange_core::scan::motion_in_run;
@@ -24,6 +24,8 @@ pub(crate) enum Motion {
 pub(crate) struct Stepper {
     pipeline: Pipeline,
     watch: Watch,
+    /// The virtual scan, where there is one.
+    scan: Option<Scan>,
     motion: Motion,
     start: f64,
     /// The time up to which the robot was moved.
@@ -77,12 +79,19 @@ impl Stepper {
         Ok(Self {
             pipeline,
             watch,
+            scan: None,
             motion,
             start,
             reached: Cell::new(start),
             pose: [0.0; 3],
             covariance: [0.0; 6],
         })
+    }
+
+    /// With the virtual scan of every picture.
+    pub(crate) fn with_scan(mut self, rig: &JsRig, readers: &Readers) -> Self {
+        self.scan = readers.scan(rig);
+        self
     }
 
     /// Sends a picture through the pipeline, or what is wrong with it past it.
@@ -126,6 +135,7 @@ impl Stepper {
                 ("predicted", array(&report.predicted)),
                 ("lines", array(&report.lines)),
                 ("landmarks", array(&report.landmarks)),
+                ("beams", array(&report.beams)),
                 ("nis", report.nis.into()),
                 ("nisDegrees", report.nis_degrees.into()),
                 ("motionHeld", held.into()),
@@ -173,17 +183,21 @@ impl Stepper {
         let numbers = |values: Vec<f32>| values.into_iter();
         fill_from(&mut self.pose, numbers(report.pose()));
         fill_from(&mut self.covariance, numbers(report.covariance()));
-        let seen = Seen {
+        let mut seen = Seen {
             corners: report.corners(),
             predicted: report.predicted(),
             lines: report.lines(),
             landmarks: report.landmarks(),
+            beams: Vec::new(),
             nis: report.nis(),
             nis_degrees: report.nis_degrees(),
         };
         let moved = before.zip(pose_of(&self.pose));
         let moved = moved.and_then(|(before, now)| motion_in_run(wheels, report.held(), &before, &now));
         let moved = moved.map(|Pose { x, y, heading }| [x, y, heading]);
+        if let Some(scan) = &self.scan {
+            seen.beams = scan.look(&grey, moved.map(Vec::from)).unwrap_or_default();
+        }
         let (pose, covariance, corners) = (self.pose, self.covariance, seen.corners.clone());
         let landmarks = seen.landmarks.clone();
         let used = Used::Frame {
@@ -279,6 +293,7 @@ impl Drop for Stepper {
     fn drop(&mut self) {
         self.pipeline.free();
         self.watch.free();
+        self.scan.iter().for_each(Scan::free);
     }
 }
 
@@ -289,6 +304,7 @@ struct Seen {
     predicted: Vec<f32>,
     lines: Vec<f32>,
     landmarks: Vec<f32>,
+    beams: Vec<f32>,
     nis: f32,
     nis_degrees: u32,
 }

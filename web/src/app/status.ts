@@ -1,4 +1,5 @@
 /** The status line: always says in words what is going on; read out seldom enough to be followed. */
+import { aheadWords } from '../model/scan.ts';
 import { tally } from '../model/tally.ts';
 import { byId } from './dom.ts';
 import { resultOf, type State, type Store } from './state.ts';
@@ -55,8 +56,9 @@ function frameSentence(state: Readonly<State>, total: number): string {
   const what = [[matched, 'matched'], [born, 'new'], [tentative, 'tentative'], [refused, 'refused']] as const;
   const words = what.filter(([number]) => number > 0).map(([number, name]) => `${number} ${name}`);
   const time = result.stages.slice(1).reduce((sum, stage) => sum + stage, 0);
+  const ahead = aheadWords(result);
   const std = Math.sqrt(Math.max(result.covariance[0] ?? 0, result.covariance[3] ?? 0));
-  return `${frame} · ${[corners, ...words].join(', ')} · ${milliseconds(time)} · position ${plusMinus(std)}${guessWords(state.rig) ? ' (from a guess)' : ''}`;
+  return `${frame} · ${[corners, ...words].join(', ')} · ${milliseconds(time)} · position ${plusMinus(std)}${guessWords(state.rig) ? ' (from a guess)' : ''}${ahead && ` · ${ahead}`}`;
 }
 
 /** Whether the person points with a finger. */

@@ -11,6 +11,7 @@ import { listen } from '../views/gestures.ts';
 import { Viewport, type Box, type Point } from '../views/viewport.ts';
 import { Ground } from './ground.ts';
 import * as overlay from './overlay.ts';
+import { drawScan } from './scan.ts';
 
 /** How close the pointer must come to a corner to ask about it. */
 const REACH_PX = 9;
@@ -221,6 +222,7 @@ export class CameraView {
     const ground = this.#ground;
     if (ground) this.#drawFloor(scene, ground, layers['grid'] ?? true, layers['horizon'] ?? true);
     const result = resultOf(state);
+    if (result && ground && layers['scan']) drawScan(scene, ground, result);
     if (state.edges && layers['edges']) overlay.drawEdges(scene, state.edges);
     if (result) {
       if (layers['lines']) overlay.drawLines(scene, result);

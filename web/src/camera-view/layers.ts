@@ -22,6 +22,7 @@ const CAMERA: Layer[] = [
   { name: 'refused', label: 'Refused', glyph: 'ring', colour: 'refused', hint: 'Corners that were refused; point at one for the reason' },
   { name: 'edges', label: 'Edges', glyph: 'dots', colour: 'predicted', hint: 'Edge points: what lines are looked for in', off: true },
   { name: 'lines', label: 'Lines', glyph: 'line', colour: 'seen', hint: 'Straight lines found' },
+  { name: 'scan', label: 'Free floor', glyph: 'wedge', colour: 'mapped', hint: 'The virtual scan: how far the floor is seen free; yellow with ±σ is what bounds it, a diamond what stands by itself' },
   { name: 'horizon', label: 'Horizon', glyph: 'dashed', colour: 'text', hint: 'The horizon' },
   { name: 'grid', label: 'Grid', glyph: 'grid', colour: 'quiet', hint: 'Floor grid, its spacing by how far the picture sees; bold every fifth line' },
 ];
@@ -30,6 +31,7 @@ const MAP: Layer[] = [
   { name: 'path', label: 'Path', glyph: 'path', colour: 'seen', hint: 'Where the robot was' },
   { name: 'landmarks', label: 'Map', glyph: 'ellipse', colour: 'mapped', hint: 'Landmarks with their 3σ ellipses' },
   { name: 'footprint', label: 'View', glyph: 'wedge', colour: 'predicted', hint: 'The floor that the picture shows' },
+  { name: 'fan', label: 'Free floor', glyph: 'wedge', colour: 'mapped', hint: 'How far the floor is seen free from where the robot is' },
   { name: 'truth', label: 'Truth', glyph: 'dashed', colour: 'text', hint: 'The true path' },
   { name: 'laser', label: 'Laser', glyph: 'dots', colour: 'quiet', hint: 'What a laser saw' },
 ];

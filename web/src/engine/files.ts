@@ -1,5 +1,5 @@
-/** The modules that load when they are first needed: file formats and the sample, rare pictures. */
-import { init as initPipeline, Pipeline, type Rig } from 'monorange-wasm';
+/** The modules that load when they are first needed: file formats and the sample, the scan, rare pictures. */
+import { hasSimd, init as initPipeline, Pipeline, type Rig } from 'monorange-wasm';
 import { init as initSession, type Readers } from 'monorange-wasm-session';
 import type { FittedMount } from '../model/protocol.ts';
 
@@ -20,11 +20,30 @@ export function loadFiles(): Promise<Files> {
   return loading;
 }
 
+let loadingScan: Promise<Readers['scan']> | undefined;
+
+/** What makes the virtual scan. */
+export function loadScan(): Promise<Readers['scan']> {
+  loadingScan ??= import('monorange-wasm-scan').then(async ({ init, Scan }) => {
+    await init({ simd: hasSimd() });
+    return (rig: Rig) => {
+      try {
+        return new Scan(rig);
+      } catch {
+        return undefined; // The camera sees no floor to be scanned.
+      }
+    };
+  });
+  return loadingScan;
+}
+
 /** What a session reads files with. */
 export async function readers(): Promise<Readers> {
+  const scan = loadScan();
   const { wants, offer, layout, sizeOf, focalOf, warnings, whyCut, Watch } = await loadFiles();
   return {
     wants, offer, decode, pipeline, warnings, whyCut,
+    scan: await scan,
     watch: () => new Watch(),
     layout: layout as Readers['layout'],
     sizeOf: (head) => sizeOf(head) as Uint32Array | undefined,

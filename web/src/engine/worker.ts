@@ -95,9 +95,9 @@ function sourceOf({ path, blob }: SourceFile): Source {
 }
 
 const calls: { [Name in CallName]: (ask: Calls[Name]['ask']) => Promise<Calls[Name]['answer']> } = {
-  async preview() {
+  async preview({ scan }) {
     await init();
-    return preview();
+    return preview(scan);
   },
   sample: ({ frames, walkers, seed }) => inTurn(async () => open(await sampleFiles(frames, walkers, seed), openPictures)),
   open: ({ files }) => inTurn(async () => {

@@ -3,6 +3,7 @@ import { byId } from '../app/dom.ts';
 import { resultOf, type State, type Store } from '../app/state.ts';
 import type { Ground } from '../camera-view/ground.ts';
 import { LANDMARK, type FrameResult } from '../model/protocol.ts';
+import { beamsOf } from '../model/scan.ts';
 import { truthOf } from '../model/truth.ts';
 import { palette, type Palette } from '../theme/palette.ts';
 import { Canvas, font } from '../views/canvas.ts';
@@ -132,6 +133,7 @@ export class MapView {
     if (layers['laser'] && state.sequence?.laser) this.#drawPoints(context, state.sequence.laser, colours.quiet);
     const result = resultOf(state);
     if (layers['footprint']) this.#drawFootprint(context, result, colours);
+    if (result && layers['fan']) this.#drawFan(context, result, colours);
     if (layers['path']) this.#drawPath(context, state, colours);
     const truth = layers['truth'] ? truthOf(state.sequence?.truth ?? null, state.results) : null;
     if (truth) this.#drawTruth(context, truth, colours);
@@ -235,6 +237,26 @@ export class MapView {
     context.strokeStyle = colours.predicted;
     context.lineWidth = 1;
     context.stroke();
+    context.globalAlpha = 1;
+  }
+
+  /** The free floor of the scan: between beams that both see some. */
+  #drawFan(context: CanvasRenderingContext2D, result: FrameResult, colours: Palette): void {
+    const [x = 0, y = 0, heading = 0] = result.pose;
+    const robot = this.#viewport.toScreen(x, y);
+    const ends = beamsOf(result).map(({ bearing, free }) => free > 0 ?
+      this.#viewport.toScreen(x + free * Math.cos(heading + bearing), y + free * Math.sin(heading + bearing)) : null);
+    context.beginPath();
+    ends.forEach((end, index) => {
+      const next = ends[index + 1];
+      if (!end || !next) return;
+      context.moveTo(robot.x, robot.y);
+      context.lineTo(end.x, end.y);
+      context.lineTo(next.x, next.y);
+    });
+    context.fillStyle = colours.mapped;
+    context.globalAlpha = 0.25;
+    context.fill();
     context.globalAlpha = 1;
   }
 

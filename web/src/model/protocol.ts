@@ -3,7 +3,7 @@ import type { Rig } from 'monorange-wasm';
 import type { FrameResult, SequenceInfo, Shown } from 'monorange-wasm-session';
 
 export {
-  CornerColumn as CORNER, Decision as DECISION, LandmarkColumn as LANDMARK, LineColumn as LINE, PredictedColumn as PREDICTED,
+  BeamColumn as BEAM, BeamKind as BEAM_KIND, CornerColumn as CORNER, Decision as DECISION, LandmarkColumn as LANDMARK, LineColumn as LINE, PredictedColumn as PREDICTED,
   Verdict as VERDICT,
 } from 'monorange-wasm';
 export type { FrameResult, SequenceInfo, Shown } from 'monorange-wasm-session';
@@ -72,8 +72,8 @@ export interface RunSettings {
 
 /** What the page asks, and what it is answered. */
 export interface Calls {
-  /** The sample's first picture, looked through, and its rig: for the empty page. */
-  preview: { ask: null; answer: { shown: Shown; result: FrameResult; rig: Rig } };
+  /** The sample's first picture, looked through, and its rig, for the empty page; `scan`: with its scan, for which a module is loaded. */
+  preview: { ask: { scan: boolean }; answer: { shown: Shown; result: FrameResult; rig: Rig } };
   sample: { ask: { frames: number; walkers: number; seed: number }; answer: SequenceInfo };
   open: { ask: { files: SourceFile[] }; answer: SequenceInfo };
   openVideo: { ask: { name: string; frames: number; interval: number; width: number; height: number; files: SourceFile[] }; answer: SequenceInfo };

@@ -6,7 +6,7 @@ function result(index: number, pose: number[], variances: number[]): FrameResult
   const empty = new Float32Array();
   return {
     index, name: '', t: index, pose: Float32Array.from(pose), covariance: Float32Array.from(variances), corners: empty,
-    predicted: empty, lines: empty, landmarks: empty, nis: 6, nisDegrees: 4, motionHeld: false, verdict: 0, reason: '', meanNis: 1,
+    predicted: empty, lines: empty, landmarks: empty, beams: empty, nis: 6, nisDegrees: 4, motionHeld: false, verdict: 0, reason: '', meanNis: 1,
     stages: new Float32Array(5),
   };
 }

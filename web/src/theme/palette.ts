@@ -1,5 +1,5 @@
 /** The theme, and its colours for canvases, which cannot read CSS variables. */
-const NAMES = ['ground', 'panel', 'raised', 'line', 'text', 'quiet', 'accent', 'seen', 'predicted', 'mapped', 'refused'] as const;
+const NAMES = ['ground', 'panel', 'raised', 'line', 'text', 'quiet', 'accent', 'seen', 'predicted', 'mapped', 'refused', 'bound'] as const;
 
 export type Palette = Record<(typeof NAMES)[number], string>;
 
