@@ -90,7 +90,8 @@ pub struct Arguments {
     #[arg(long)]
     scan: bool,
     /// Also write the run as a recording of ROS 2 (MCAP), for Foxglove, rerun and `ros2 bag`: Odometry, PoseWithCovarianceStamped,
-    /// PointCloud2 (the map), LaserScan (the virtual scan, as --scan's), CompressedImage (overlays), CameraInfo and tf.
+    /// PointCloud2 (the map), LaserScan (the virtual scan, as --scan's), CompressedImage (overlays), CameraInfo and tf. With --map it
+    /// begins where the place is found.
     #[arg(long, value_name = "FILE")]
     mcap: Option<PathBuf>,
     /// Print the summary as JSON.
@@ -434,7 +435,9 @@ impl<'a> Drive<'a> {
         let seen = self.run.observations.len() - corners;
         let seen = self.run.observations.get(seen..).unwrap_or_default();
         let shot = report::shot(self.rig, &picture.pixels, draw, seen, frame, time - self.start)?;
-        if let (Some(mcap), Some(pose)) = (&mut self.mcap, self.run.trajectory.last()) {
+        // A place that is not known has none in the recording's frame.
+        let placed = self.saved.as_ref().is_none_or(Saved::is_found);
+        if let (Some(mcap), Some(pose), true) = (&mut self.mcap, self.run.trajectory.last(), placed) {
             let scan = self.scanned.as_ref().map_or(&[][..], Scanned::last);
             mcap.frame(pose, &shot.jpeg, scan, || confirmed_map(self.pipeline.filter(), self.start))?;
         }

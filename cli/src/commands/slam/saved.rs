@@ -68,6 +68,11 @@ impl<'a> Saved<'a> {
         Ok(Some(map_from_own))
     }
 
+    /// Whether the place is known.
+    pub(super) fn is_found(&self) -> bool {
+        self.found.is_some()
+    }
+
     fn told(&self) -> InMap {
         let (found_after_s, found_after_m) = (None, None);
         InMap { map: self.file.path().display().to_string(), found_after_s, found_after_m, recognised: 0 }

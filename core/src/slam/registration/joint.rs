@@ -50,9 +50,10 @@ pub(super) fn joint(
             *columns.get_mut(2 * at + 1)? = [y, 0.0, 1.0, f64::from(arm.x)];
             for (before, (c, d)) in pairs.iter().enumerate().take(at + 1) {
                 let block = rotation * own_covariance(*a, *c) * rotation.transpose() + map_covariance(*b, *d);
-                for (row, column) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-                    let own = if at == before && row == column { SESSION * SESSION } else { 0.0 };
-                    *root.at(2 * at + row, 2 * before + column)? = f64::from(block[(row, column)] + own);
+                let own = if at == before { SESSION * SESSION } else { 0.0 };
+                let block = block + Matrix2::identity() * own;
+                for (place, value) in [(0, 0), (1, 0), (0, 1), (1, 1)].into_iter().zip(&block) {
+                    *root.at(2 * at + place.0, 2 * before + place.1)? = f64::from(*value);
                 }
             }
         }

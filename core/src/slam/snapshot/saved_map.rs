@@ -121,8 +121,8 @@ where
         for (slot, one) in map.landmarks().enumerate() {
             for (after, other) in map.landmarks().enumerate().skip(slot) {
                 let block = map.covariance(&one, &other);
-                for (row, column) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-                    p.set(start + 2 * slot + row, start + 2 * after + column, block[(row, column)]);
+                for ((row, column), value) in [(0, 0), (1, 0), (0, 1), (1, 1)].into_iter().zip(&block) {
+                    p.set(start + 2 * slot + row, start + 2 * after + column, *value);
                 }
             }
         }
