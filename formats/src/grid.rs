@@ -8,6 +8,7 @@
 //!
 //! Source: Moravec & Elfes, "High resolution maps from wide angle sonar", 1985, in log-odds.
 use monorange_core::{geometry::Pose, scan::Reading};
+use nalgebra::Vector2;
 use std::{
     collections::HashMap,
     io::{self, Write},
@@ -33,13 +34,14 @@ const BLACK: u8 = 0;
 const WHITE: u8 = 254;
 const GREY: u8 = 205;
 
-/// Scans of a drive, each with the pose that it was taken at.
+/// Scans of a drive, each with the place that it was taken at: the point of the floor under the lens, with the robot's heading.
 #[derive(Clone, Debug, Default)]
 pub struct Scans(Vec<(Pose<f32>, Vec<Reading>)>);
 
 impl Scans {
-    /// Takes the scan at a pose, `world_from_robot`.
-    pub fn add(&mut self, pose: Pose<f32>, readings: &[Reading]) {
+    /// Takes the scan at a pose, `world_from_robot`, of a lens that sits at this lever arm of the robot, m.
+    pub fn add(&mut self, pose: Pose<f32>, lever_arm: Vector2<f32>, readings: &[Reading]) {
+        let pose = pose.compose(&Pose::new(lever_arm.x, lever_arm.y, 0.0));
         self.0.push((pose, readings.to_vec()));
     }
 
@@ -221,7 +223,9 @@ mod tests {
             };
             let readings: Vec<_> = (-23..=23).map(reading).collect();
             for _ in 0..6 {
-                scans.add(Pose::new(0.0, 0.0, heading), &readings);
+                // The lens, not the robot's origin, is in the middle.
+                let (sin, cos) = libm::sincosf(heading);
+                scans.add(Pose::new(-0.3 * cos, -0.3 * sin, heading), Vector2::new(0.3, 0.0), &readings);
             }
         }
         scans.grid()
@@ -280,9 +284,9 @@ mod tests {
             var_range: 0.0004,
             kind: Kind::Obstacle,
         };
-        (0..20).for_each(|_| scans.add(Pose::default(), &[reading(Some(1.5))]));
+        (0..20).for_each(|_| scans.add(Pose::default(), Vector2::zeros(), &[reading(Some(1.5))]));
         assert_eq!(read(&scans.grid(), 1.5, 0.01), "occupied");
-        (0..20).for_each(|_| scans.add(Pose::default(), &[reading(None)]));
+        (0..20).for_each(|_| scans.add(Pose::default(), Vector2::zeros(), &[reading(None)]));
         assert_eq!(read(&scans.grid(), 1.5, 0.01), "free");
         let [width, height] = Scans::default().grid().size();
         assert!(width > 0 && height > 0);

@@ -249,7 +249,7 @@ def check_scans(scans, table):
     kinds, before = set(), float(rows[0]["t"])
     for index, scan in enumerate(scans):
         beside = rows[index * beams : (index + 1) * beams]
-        assert scan.header.frame_id == "base_link"
+        assert scan.header.frame_id == "scan_origin"
         assert scan.header.stamp.sec + 1e-9 * scan.header.stamp.nanosec == pytest.approx(float(beside[0]["t"]), abs=1e-9)
         angles = scan.angle_min + scan.angle_increment * np.arange(beams)
         assert angles == pytest.approx([float(row["bearing"]) for row in beside], abs=1e-5)

@@ -1,6 +1,6 @@
 //! The virtual scan: how far the floor is free, in every direction, from one picture.
 //!
-//! A **beam** is the vertical plane through the lens at a bearing. Its image is a path from the lower border of the picture up to the
+//! A **beam** is the vertical plane through the lens at a bearing; it begins at the point of the floor under the lens, and so do ranges. Its image is a path from the lower border of the picture up to the
 //! horizon; what stands upright at that bearing is seen along the same path, above its foot. The path is sampled at equal steps of the
 //! picture (two rows at 365 px of focal length). Each sample has a hazard: the probability that something's foot is there, given that the
 //! floor is free up to there. The distribution of the foot over the samples follows:

@@ -24,7 +24,7 @@ impl Kind {
     }
 }
 
-/// One beam of the scan.
+/// One beam of the scan, from the point of the floor under the lens; the robot's origin is the mount's lever arm behind it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Reading {
     /// From the robot's x axis, positive to the left, rad.

@@ -6,7 +6,7 @@ use super::path::Paths;
 use super::profile::{MAX_WIDTH, Profile};
 use super::reading::{Kind, Reading};
 use super::{BEAMS, SAMPLES};
-use crate::geometry::{Pose, RangeFinder, wrap_angle};
+use crate::geometry::{Mount, Pose, RangeFinder, wrap_angle};
 use crate::image::{Grey, NoiseLevel};
 use crate::{Error, Result};
 use nalgebra::{Matrix2, Vector2};
@@ -55,6 +55,8 @@ const PAST: [f32; 2] = [-0.7, 3.0];
 pub struct Scanner {
     config: ScanConfig,
     finder: RangeFinder<f32>,
+    /// The same where the robot's origin is under the lens: beams and their ranges begin there.
+    from_lens: RangeFinder<f32>,
     mount_std: [f32; 6],
     pixel_covariance: Matrix2<f32>,
     paths: Paths,
@@ -101,6 +103,8 @@ impl Scanner {
             (beams, _) => (field, beams),
         };
         let reach = config.reach * finder.mount().height();
+        let [height, tilt, roll, yaw, ..] = finder.mount().parameters();
+        let from_lens = RangeFinder::new(*finder.camera(), Mount::new([height, tilt, roll, yaw, 0.0, 0.0])?);
         let paths = Paths::new(&finder, field, beams.min(BEAMS), reach)?;
         let (mut first, mut last) = ([usize::MAX; BEAMS], [0; BEAMS]);
         for (beam, (first, last)) in first.iter_mut().zip(&mut last).enumerate().take(paths.beams()) {
@@ -112,6 +116,7 @@ impl Scanner {
         Ok(Self {
             config,
             finder,
+            from_lens,
             mount_std,
             pixel_covariance,
             paths,
@@ -283,7 +288,7 @@ impl Scanner {
         let (first, last) = self.limits(beam);
         let range = |sample: f32| {
             let pixel = self.paths.pixel(beam, sample)?;
-            self.finder.sight(pixel).ok()
+            self.from_lens.sight(pixel).ok()
         };
         if last <= first {
             return reading;

@@ -41,6 +41,8 @@ pub const MAP_EVERY: f64 = 1.0;
 
 const WORLD: &str = "map";
 const ROBOT: &str = "base_link";
+/// The point of the floor under the lens.
+const SCANNER: &str = "scan_origin";
 const CAMERA: &str = "camera_optical_frame";
 
 /// Writes a run as an MCAP file of ROS 2's messages.
@@ -50,7 +52,7 @@ const CAMERA: &str = "camera_optical_frame";
 /// | `/monorange/odometry` | `nav_msgs/Odometry`: pose of `base_link` in `map`, speeds since the frame before |
 /// | `/monorange/pose` | `geometry_msgs/PoseWithCovarianceStamped` |
 /// | `/monorange/map` | `sensor_msgs/PointCloud2`: `x`, `y`, `z`, `id`, `sigma` (the larger standard deviation, m) |
-/// | `/monorange/scan` | `sensor_msgs/LaserScan`: the virtual scan, a beam a bearing; ranges by REP 117: `+inf` where the floor is free as far as is looked at, not a number where nothing is certain; `intensities` is `free`, m: the floor is seen clear up to there |
+/// | `/monorange/scan` | `sensor_msgs/LaserScan` in `scan_origin`, the point of the floor under the lens: the virtual scan, a beam a bearing; ranges by REP 117: `+inf` where the floor is free as far as is looked at, not a number where nothing is certain; `intensities` is `free`, m: the floor is seen clear up to there |
 /// | `/monorange/overlay/compressed` | `sensor_msgs/CompressedImage`: JPEG with lines, corners, grid and horizon |
 /// | `/monorange/camera_info`, `/tf`, `/tf_static` | the camera of the overlay's size, the robot's pose and the mount |
 pub struct Recorder<W: Write> {
@@ -89,7 +91,8 @@ impl<W: Write> Recorder<W> {
         let [height, _, _, _, forward, left] = rig.finder.mount().parameters();
         let mut fixed = Vec::new();
         let mut body = Body::new(&mut fixed);
-        body.write_sequence_length(1);
+        body.write_sequence_length(2);
+        transform(&mut body, 0.0, ROBOT, SCANNER, [forward, left, 0.0], [0.0, 0.0, 0.0, 1.0]);
         transform(&mut body, 0.0, ROBOT, CAMERA, [forward, left, height], turn.coords.into());
         let (camera, camera_height) = (*rig.finder.camera(), height as f32);
         let (camera_info, last, sequence) = (Vec::new(), None, 0);
@@ -141,7 +144,7 @@ impl<W: Write> Recorder<W> {
             let seconds = self.last.as_ref().map_or(0.0, |before| time - before.time);
             let reach = ScanConfig::default().reach * self.camera_height;
             self.write(Topic::Scan, time, |body| {
-                header(body, time, ROBOT);
+                header(body, time, SCANNER);
                 laser_scan(body, [first.bearing, last.bearing], seconds as f32, reach, scan);
             })?;
         }
@@ -365,7 +368,7 @@ mod tests {
             assert_eq!(message.channel.schema.as_ref().unwrap().name, "sensor_msgs/msg/LaserScan");
             let mut body = CdrReader::<LittleEndian>::new(&message.data[4..]);
             let stamp = (body.read_i32().unwrap(), body.read_u32().unwrap());
-            assert_eq!((stamp.0, body.read_str().unwrap()), (5, "base_link"));
+            assert_eq!((stamp.0, body.read_str().unwrap()), (5, "scan_origin"));
             let mut next = |count| -> Vec<f32> { (0..count).map(|_| body.read_f32().unwrap()).collect() };
             let (ends, step, times, limits) = (next(2), next(1), next(2), next(2));
             assert_eq!((ends, times, limits), (vec![-0.2, 0.1], vec![0.0, scan_time], vec![0.0, 8.25]));

@@ -137,7 +137,7 @@ impl<'a> Overlay<'a> {
         let finder = &self.rig.finder;
         let pixel = |bearing: f32, range: f32| {
             let (sin, cos) = libm::sincos(f64::from(bearing));
-            let point = Vector2::new(cos, sin) * f64::from(range);
+            let point = finder.mount().lever_arm() + Vector2::new(cos, sin) * f64::from(range);
             finder.pixel_from_floor_unbounded(point).ok().map(|pixel| pixel.cast::<f32>())
         };
         let bottom = finder.camera().height() as f32 - 0.5;

@@ -114,5 +114,10 @@ mod tests {
         );
         assert!(ahead.range_std > 0.0 && ahead.range_std < 0.2 * foot, "{ahead:?}");
         assert!(scan.readings(&[0; 7], None).is_err());
+        // Bearing and range begin under the lens, wherever on the robot that is.
+        let ahead_of_the_axle = Mount::new([0.4, 0.2, 0.0, 0.0, 0.3, 0.1]).unwrap();
+        let rig = Rig { finder: RangeFinder::new(camera, ahead_of_the_axle), ..rig };
+        let moved = self::rows(Scan::new(&rig).unwrap().readings(&picture(), None).unwrap());
+        assert!(moved == rows, "a lever arm changes no reading");
     }
 }

@@ -9,7 +9,8 @@ export function drawScan(scene: Scene, ground: Ground, result: FrameResult): voi
   const { context, viewport, colours } = scene;
   const bottom = viewport.toScreen(0, ground.rig.height - 0.5).y;
   const at = (bearing: number, range: number): Point | null => {
-    const pixel = ground.project(range * Math.cos(bearing), range * Math.sin(bearing));
+    const { forward, left } = ground.rig.mount;
+    const pixel = ground.project(forward + range * Math.cos(bearing), left + range * Math.sin(bearing));
     return pixel && viewport.toScreen(pixel.u, pixel.v);
   };
   const beams = beamsOf(result).map((beam) => ({

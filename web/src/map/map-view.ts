@@ -243,14 +243,18 @@ export class MapView {
   /** The free floor of the scan: between beams that both see some. */
   #drawFan(context: CanvasRenderingContext2D, result: FrameResult, colours: Palette): void {
     const [x = 0, y = 0, heading = 0] = result.pose;
-    const robot = this.#viewport.toScreen(x, y);
-    const ends = beamsOf(result).map(({ bearing, free }) => free > 0 ?
-      this.#viewport.toScreen(x + free * Math.cos(heading + bearing), y + free * Math.sin(heading + bearing)) : null);
+    const { forward, left } = this.#store.state.rig.mount;
+    const [cos, sin] = [Math.cos(heading), Math.sin(heading)];
+    const lens = { x: x + forward * cos - left * sin, y: y + forward * sin + left * cos };
+    const at = (free: number, angle: number) =>
+      this.#viewport.toScreen(lens.x + free * Math.cos(angle), lens.y + free * Math.sin(angle));
+    const origin = this.#viewport.toScreen(lens.x, lens.y);
+    const ends = beamsOf(result).map(({ bearing, free }) => free > 0 ? at(free, heading + bearing) : null);
     context.beginPath();
     ends.forEach((end, index) => {
       const next = ends[index + 1];
       if (!end || !next) return;
-      context.moveTo(robot.x, robot.y);
+      context.moveTo(origin.x, origin.y);
       context.lineTo(end.x, end.y);
       context.lineTo(next.x, next.y);
     });

@@ -2,6 +2,7 @@
 import { BEAM, BEAM_KIND, type FrameResult } from './protocol.ts';
 import { bearing, metres } from './units.ts';
 
+/** From the point of the floor under the lens. */
 export interface Beam {
   /** Radians, positive to the left. */
   bearing: number;

@@ -15,6 +15,7 @@ use monorange_formats::{
     files::{Odometry, Rig},
     grid::Scans,
 };
+use nalgebra::Vector2;
 
 /// What it writes beside a run's own files.
 pub(super) const OUTPUTS: [&str; 3] = ["scan.csv", "map.pgm", "map.yaml"];
@@ -24,13 +25,16 @@ pub(super) struct Scanned {
     scanner: Box<Scanner>,
     table: String,
     scans: Scans,
+    /// Of the lens on the robot.
+    lever_arm: Vector2<f32>,
     before: Option<(f64, Pose<f32>)>,
 }
 
 impl Scanned {
     pub(super) fn new(rig: &Rig) -> Result<Self> {
         let scanner = scanner(rig, ScanConfig::default())?;
-        Ok(Self { scanner, table: HEADER.to_owned(), scans: Scans::default(), before: None })
+        let (table, scans, before) = (HEADER.to_owned(), Scans::default(), None);
+        Ok(Self { scanner, table, scans, lever_arm: rig.finder.mount().lever_arm().cast(), before })
     }
 
     /// Scans the picture at a time, from where the run has put the robot.
@@ -49,7 +53,7 @@ impl Scanned {
         self.before = Some((time, report.pose));
         let readings = self.scanner.scan(picture).map_err(Error::new)?;
         readings.iter().for_each(|reading| row(&mut self.table, time, reading));
-        self.scans.add(report.pose, readings);
+        self.scans.add(report.pose, self.lever_arm, readings);
         Ok(())
     }
 
