@@ -94,7 +94,10 @@ const PACKAGES: [&str; 6] = [
 /// `cargo package` itself, which compiles every dependency anew, and takes five minutes for it.
 fn packages() -> Result<()> {
     let names = PACKAGES.map(|name| format!("-p {name}")).join(" ");
-    shell::run(&mut shell::cargo(&format!("package --no-verify --allow-dirty --quiet {names}")))?;
+    // The first as it would be done, short of the upload; the second keeps the archives.
+    for command in ["publish --dry-run", "package"] {
+        shell::run(&mut shell::cargo(&format!("{command} --no-verify --allow-dirty --quiet {names}")))?;
+    }
     let folder = shell::target().join("packages");
     if folder.exists() {
         fs::remove_dir_all(&folder)?;
