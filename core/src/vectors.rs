@@ -20,19 +20,29 @@ pub(crate) fn in_powers(count: usize, mut part: impl FnMut(Range<usize>)) {
     }
 }
 
-/// Runs `wide` with AVX-512 or AVX2 where the feature `dispatch` is on and the processor has it, else `plain`: the same loop
-/// every time.
+/// `widest!(arguments, run)` is `run(arguments)`, with AVX-512 or AVX2 where the feature `dispatch` is on and the processor has it:
+/// the same loop every time.
 ///
 /// The compiler widens a loop only within the function that has the wider vectors, so all are `#[inline(always)]` down to
-/// the loop. Elementwise loops give the same bits at any width: the compiler fuses no product with a sum, although a
+/// the loop. (That is why this is a macro: a function that is handed on by its name is called, and then lacks the vectors.)
+/// Elementwise loops give the same bits at any width: the compiler fuses no product with a sum, although a
 /// processor that has AVX2 could.
-#[inline(always)]
-pub(crate) fn widest<A, R>(arguments: A, wide: impl FnOnce(A) -> R + Copy, plain: impl FnOnce(A) -> R) -> R {
-    widest_of_three(arguments, wide, wide, plain)
+macro_rules! widest {
+    ($arguments:expr, $run:path) => {
+        $crate::vectors::widest_of_three(
+            $arguments,
+            #[inline(always)]
+            |arguments| $run(arguments),
+            #[inline(always)]
+            |arguments| $run(arguments),
+            $run,
+        )
+    };
 }
+pub(crate) use widest;
 
-/// As [`widest`], with a function of its own, `wider`, for AVX-512. Each width needs its own copy of all that is not inlined: a
-/// function that two widths shared would be compiled for only one of them.
+/// Runs `wider` with AVX-512, `wide` with AVX2 or else `plain`; as [`widest`], which has one function for all. Each width needs its own
+/// copy of all that is not inlined: a function that two widths shared would be compiled for only one of them.
 #[inline(always)]
 pub(crate) fn widest_of_three<A, R>(
     arguments: A,

@@ -18,6 +18,7 @@
 //! Both directions come from one pass over all pairs; of equal distances the lower index wins.
 //!
 //! Source: Lowe 2004, section 7.1.
+use crate::vectors::widest;
 use crate::{Error, Result};
 use nalgebra::{Matrix2, Vector2};
 
@@ -30,6 +31,7 @@ pub trait Descriptor {
 }
 
 impl Descriptor for [u8; 128] {
+    #[inline(always)] // into the loop over all pairs, whose vectors it takes
     fn distance(&self, other: &Self) -> u32 {
         // At most 128 · 255²: wrapping, so that checks for overflow do not stop vectorisation.
         let mut sum = 0_i32;
@@ -43,6 +45,7 @@ impl Descriptor for [u8; 128] {
 }
 
 impl Descriptor for [u32; 8] {
+    #[inline(always)]
     fn distance(&self, other: &Self) -> u32 {
         self.iter().zip(other).map(|(a, b)| (a ^ b).count_ones()).sum()
     }
@@ -182,15 +185,8 @@ pub fn match_where<D: Descriptor>(
     };
     work.fill(NONE);
     let (of_first, of_second) = work.split_at_mut(first.len());
-    for (i, (descriptor, nearest)) in first.iter().zip(&mut *of_first).enumerate() {
-        for (j, (other, nearest_to_other)) in second.iter().zip(&mut *of_second).enumerate() {
-            if allowed(i, j) {
-                let distance = descriptor.distance(other);
-                nearest.offer(distance, j);
-                nearest_to_other.offer(distance, i);
-            }
-        }
-    }
+    let pairs = (first, &mut *of_first, second, &mut *of_second, &allowed);
+    widest!(pairs, compare);
     let mut report = MatchReport::default();
     let mut places = matches.iter_mut();
     for (i, nearest) in of_first.iter().enumerate() {
@@ -206,6 +202,28 @@ pub fn match_where<D: Descriptor>(
         }
     }
     Ok(report)
+}
+
+/// Offers all allowed pairs to both sides.
+#[inline(always)]
+fn compare<D: Descriptor>(
+    (first, of_first, second, of_second, allowed): (
+        &[D],
+        &mut [Nearest],
+        &[D],
+        &mut [Nearest],
+        &impl Fn(usize, usize) -> bool,
+    ),
+) {
+    for (i, (descriptor, nearest)) in first.iter().zip(of_first).enumerate() {
+        for (j, (other, nearest_to_other)) in second.iter().zip(&mut *of_second).enumerate() {
+            if allowed(i, j) {
+                let distance = descriptor.distance(other);
+                nearest.offer(distance, j);
+                nearest_to_other.offer(distance, i);
+            }
+        }
+    }
 }
 
 impl Nearest {

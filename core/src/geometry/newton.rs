@@ -9,22 +9,12 @@ pub(super) const MAX_ITERATIONS: usize = 20;
 
 /// The rays of several points, with the Jacobian at each, for a lens whose `bend` gives a ray's image and Jacobian.
 #[inline(always)]
-#[allow(
-    clippy::redundant_closure,
-    reason = "a function that is named is called, and what is called lacks the wider vectors"
-)]
 pub(super) fn newton<T: Real, const N: usize>(
     distorted: [Vector2<T>; N],
     bend: impl Fn(Vector2<T>) -> (Vector2<T>, Matrix2<T>) + Copy,
     max_radius2: T,
 ) -> [Option<(Vector2<T>, Matrix2<T>)>; N] {
-    widest(
-        (distorted, bend, max_radius2),
-        #[inline(always)]
-        |arguments| all(arguments),
-        #[inline(always)]
-        |arguments| all(arguments),
-    )
+    widest!((distorted, bend, max_radius2), all)
 }
 
 #[inline(always)]

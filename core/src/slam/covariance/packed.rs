@@ -21,7 +21,7 @@ use nalgebra::{Matrix2, Matrix3, Matrix3x4, Matrix4};
 
 /// P ← F P Fᵀ + Q, F = I + (shift) e_θᵀ: the prediction (12), of the robot's rows alone.
 pub(in crate::slam) fn predict<T: Real>(p: &mut Triangle<'_, T>, shift: [T; 2], noise: &Matrix3<T>) {
-    widest((p.robot_rows_mut(), shift), shift_rows, shift_rows);
+    widest!((p.robot_rows_mut(), shift), shift_rows);
     let (p02, p12, p22) = (p.at(0, 2), p.at(1, 2), p.at(2, 2));
     let two = T::lit(2.0);
     p.set(0, 0, p.at(0, 0) + shift[0] * (two * p02 + shift[0] * p22) + noise.m11);

@@ -48,6 +48,6 @@ impl<T: Real> Vectors<'_, T> {
         }
         self.column[ROBOT..].copy_from_slice(p.view().row(ROBOT));
         let half = -self.column[ROBOT] * T::lit(0.5);
-        widest((&mut *self.column, half, &*self.lever), subtract, subtract);
+        widest!((&mut *self.column, half, &*self.lever), subtract);
     }
 }

@@ -194,8 +194,8 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                 packed::times(parts.p.view(), measured.rows, [first, second]);
                 for vector in waiting.iter().flatten() {
                     let along = product(measured.rows, vector);
-                    widest((&mut **first, along.x, &**vector), subtract, subtract);
-                    widest((&mut **second, along.y, &**vector), subtract, subtract);
+                    widest!((&mut **first, along.x, &**vector), subtract);
+                    widest!((&mut **second, along.y, &**vector), subtract);
                 }
                 let (left, right) = (product(measured.rows, first), product(measured.rows, second));
                 let coupling = (left.y + right.x) * T::lit(0.5);
@@ -241,7 +241,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         match form {
             Covariance::Packed => {
                 let columns = [&mut **first, &mut **second];
-                widest((&root, columns, &whitened, &mut *vectors.delta), whiten, whiten);
+                widest!((&root, columns, &whitened, &mut *vectors.delta), whiten);
                 if fixed {
                     vectors.delta[start..].fill(T::zero());
                     packed::downdate_leading(&mut p, start, [&**first, &**second]);
@@ -281,7 +281,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             vectors.lever.fill(T::zero());
             let mut turn_run = |at: Range<usize>| {
                 let moved = (rotation, &mut vectors.delta[at.clone()], &mut vectors.lever[at]);
-                widest(moved, turn_steps, turn_steps);
+                widest!(moved, turn_steps);
             };
             if size == start + 2 * count {
                 // Points only: they fill the state.
@@ -325,7 +325,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                 }
             }
         }
-        widest((&mut *x, &mut *rounding, &*vectors.delta), add_steps, add_steps);
+        widest!((&mut *x, &mut *rounding, &*vectors.delta), add_steps);
         // Rounding, or a number that was none, can leave no covariance. Then the map is worth nothing: the robot stays as
         // uncertain as it was, and begins a new one.
         let variance = |at: usize| p.at(at, at) >= T::zero() && p.at(at, at).is_finite();
@@ -394,10 +394,10 @@ impl<'a, T: Real> Vectors<'a, T> {
         self.column[1] = p.at(1, 2);
         self.column[2..].copy_from_slice(p.view().row(2));
         for vector in self.pairs.iter().take(waiting).flatten() {
-            widest((&mut *self.column, vector[2], &**vector), subtract, subtract);
+            widest!((&mut *self.column, vector[2], &**vector), subtract);
         }
         let half = -self.column[2] * T::lit(0.5);
-        widest((&mut *self.column, half, &*self.lever), subtract, subtract);
+        widest!((&mut *self.column, half, &*self.lever), subtract);
     }
 }
 

@@ -12,11 +12,11 @@ fn the_processors_own_vectors_give_the_same_bits() {
         let (mut one, mut other) = (vectors(), vectors());
         let ([a, b, c], [u, v, w]) = (&mut one, &mut other);
         let (root, innovation) = ([0.7, -0.2, 1.3], Vector2::new(0.4, -0.9));
-        widest((&root, [&mut **a, &mut **b], &innovation, &mut **c), whiten, whiten);
+        widest!((&root, [&mut **a, &mut **b], &innovation, &mut **c), whiten);
         whiten((&root, [u, v], &innovation, w));
-        widest((&mut **a, 0.3, &**b), subtract, subtract);
+        widest!((&mut **a, 0.3, &**b), subtract);
         subtract((u, 0.3, v));
-        widest((&mut **a, &mut **b, &**c), add_steps, add_steps);
+        widest!((&mut **a, &mut **b, &**c), add_steps);
         add_steps((u, v, w));
         let bits = |vectors: [std::vec::Vec<f32>; 3]| {
             vectors.map(|v| v.into_iter().map(f32::to_bits).collect::<std::vec::Vec<_>>())

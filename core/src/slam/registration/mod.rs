@@ -47,6 +47,8 @@ const LEAST: usize = 5;
 const APART: f32 = 0.5;
 /// Partners of each own landmark that candidates come from.
 const PARTNERS: usize = 3;
+/// Landmarks that are farther from each other than this are not the same, whatever their covariance, m.
+const NEAR: f32 = 1.0;
 /// χ²(2) at 0.99.
 const GATE: f32 = 9.21;
 /// Candidates that are worked out in full.
@@ -161,7 +163,7 @@ impl<O: Fn(usize, usize) -> Matrix2<f32>, M: Fn(usize, usize) -> Matrix2<f32>> M
                 let across = other.position - one.position;
                 let off = across.norm() - distance;
                 // Before anything that takes longer.
-                if b == a || off.abs() > 1.0 || !alike(second, other) {
+                if b == a || off.abs() > NEAR || !alike(second, other) {
                     continue;
                 }
                 let spread = own + spread(&self.map_covariance, a, b) + SESSION * SESSION;
@@ -202,16 +204,15 @@ impl<O: Fn(usize, usize) -> Matrix2<f32>, M: Fn(usize, usize) -> Matrix2<f32>> M
             let at = pose.transform(place.position);
             let lever = (place.position - origin).norm_squared() * turned;
             let own = spread(&self.own_covariance, first[0], k) + SESSION * SESSION + lever;
-            let nearest = self
-                .map
-                .iter()
-                .enumerate()
-                .filter(|(m, known)| alike(place, known) && !pairs.iter().any(|(_, taken)| taken == m))
-                .map(|(m, known)| ((known.position - at).norm_squared(), m))
-                .min_by(|one, other| one.0.total_cmp(&other.0));
-            let within = nearest.and_then(|(square, m)| {
-                // Nothing that is farther is asked for its covariance.
-                let variance = (square < 1.0).then(|| own + spread(&self.map_covariance, first[1], m))?;
+            // By distance first: nearly all are too far, and whatever else is asked takes longer.
+            let near = |(m, known): (usize, &Place)| {
+                let square = (known.position - at).norm_squared();
+                let free = || !pairs.iter().any(|(_, taken)| *taken == m);
+                (square < NEAR * NEAR && alike(place, known) && free()).then_some((square, m))
+            };
+            let nearest = self.map.iter().enumerate().filter_map(near);
+            let within = nearest.min_by(|one, other| one.0.total_cmp(&other.0)).and_then(|(square, m)| {
+                let variance = own + spread(&self.map_covariance, first[1], m);
                 (square <= GATE * variance).then_some((m, square, variance))
             });
             likelihood += match within {
