@@ -2,7 +2,8 @@
 //!
 //! Two hundred pictures of the simulated corridor go to the emulated boards, whole, 320×240, with odometry; association is in the
 //! map, and the map has room for 32 landmarks at both ends. `MONORANGE_FRAMES` is another number of pictures.
-#[path = "../../../mcu/tests/emulator/mod.rs"]
+#[allow(dead_code, reason = "the tests of the co-processor use the rest")]
+#[path = "../../../mcu/tests/co_processor/emulator.rs"]
 mod emulator;
 
 use emulator::{Board, boards};

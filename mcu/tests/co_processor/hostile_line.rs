@@ -1,7 +1,6 @@
 //! Ten thousand damaged pictures: none is taken for another, and the next whole one is answered.
-mod bench;
 
-use bench::{faults::*, *};
+use crate::bench::{faults::*, *};
 use monorange_mcu::WINDOW;
 use monorange_protocol::{
     frame::checksum,

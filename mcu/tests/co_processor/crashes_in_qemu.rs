@@ -1,9 +1,8 @@
 //! What an emulated board does when its program panics, overflows its stack or hangs: `cargo xtask firmware test`.
 //!
 //! The program with a message that crashes it comes in `MONORANGE_MPS2_AN500_CRASH`.
-mod emulator;
 
-use emulator::Emulator;
+use crate::emulator::{Emulator, crashing_board};
 use monorange_protocol::{
     frame::{self, Deframer, MAX_ENCODED},
     message::{DeviceMessage, Hello, HostMessage, RestartCause},
@@ -87,7 +86,7 @@ impl Line {
 
 #[test]
 fn a_crash_is_told_after_the_restart_and_the_board_goes_on() {
-    let Some(board) = emulator::crashing_board() else { return };
+    let Some(board) = crashing_board() else { return };
     let emulator = board.start("crash");
     let mut line = Line::new(&emulator);
     let (mut runs, mut count) = line.runs(1);

@@ -1,5 +1,4 @@
 //! A drive through the simulated corridor: on a device, and by the pipeline on this machine.
-#![allow(dead_code, reason = "each test file uses its part")]
 use monorange_core::{
     geometry::{Camera, RangeFinder},
     image::Grey,

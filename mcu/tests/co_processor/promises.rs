@@ -1,8 +1,7 @@
 //! What `SPEC.md` promises a host beyond its answers: restarts that show, refusals that say what is refused, pictures that are
 //! given up aloud.
-mod bench;
 
-use bench::*;
+use crate::bench::*;
 use monorange_protocol::{
     frame::{MAX_ENCODED, encode},
     message::*,

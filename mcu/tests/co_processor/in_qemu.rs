@@ -2,11 +2,9 @@
 //!
 //! The boards' programs come in `MONORANGE_MPS2_AN500`, `MONORANGE_MPS2_AN386` and `MONORANGE_MPS2_AN385`; without them these tests
 //! are skipped aloud, unless `MONORANGE_QEMU=required` or `CI` is set.
-mod drive;
-mod emulator;
 
-use drive::*;
-use emulator::{Board, boards, every_processor};
+use crate::drive::*;
+use crate::emulator::{Board, boards, every_processor};
 use monorange_mcu::text;
 use monorange_protocol::{
     client::{Answer, Client},

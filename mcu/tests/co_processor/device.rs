@@ -1,7 +1,6 @@
 //! What the device does with whole messages in any order; `hostile_line.rs` is about damaged ones.
-mod bench;
 
-use bench::*;
+use crate::bench::*;
 use monorange_mcu::{WINDOW, Wish};
 use monorange_protocol::message::*;
 

@@ -1,7 +1,6 @@
 //! Answers in lines of text: what a terminal shows, and what hosts that read frames make of it.
-mod bench;
 
-use bench::*;
+use crate::bench::*;
 use monorange_mcu::text;
 use monorange_protocol::{
     frame::{Deframer, LinkCounts},

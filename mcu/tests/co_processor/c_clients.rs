@@ -1,12 +1,9 @@
 //! Clients in C against the device on this machine, and against emulated boards where they are given: the example of
 //! `protocol/c/posix`, and the Arduino sketch on a computer.
-#![cfg(unix)]
-mod bench;
-mod drive;
-mod emulator;
 
-use bench::Bench;
-use drive::host;
+use crate::bench::Bench;
+use crate::drive::host;
+use crate::emulator::boards;
 use monorange_core::{
     geometry::{Camera, Mount, RangeFinder},
     image::Grey,
@@ -147,7 +144,7 @@ fn the_arduino_sketch_prints_a_range() {
 
 #[test]
 fn the_example_in_c_gets_the_same_numbers_of_emulated_boards() {
-    for board in emulator::boards() {
+    for board in boards() {
         let Some(program) = example() else { return };
         let emulator = board.start("c");
         emulator.connect();

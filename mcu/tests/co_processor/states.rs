@@ -1,10 +1,8 @@
 //! States that a device is given: its own under its own configuration, under another one, and damaged ones whose checksum was
 //! made right.
-mod bench;
-mod drive;
 
-use bench::wire::Wire;
-use drive::*;
+use crate::bench::wire::Wire;
+use crate::drive::*;
 use monorange_core::{
     geometry::{Mount, RangeFinder},
     pipeline::Config,

@@ -3,10 +3,8 @@
 //! As many small pictures as come within [`LONGEST`], 20 at most: an emulated interrupt for each of their bytes takes its time.
 //! The chip is `boards/nucleo-h743zi/emulator/stm32h7.py`. Its program comes in `MONORANGE_NUCLEO`, a Python with unicorn in
 //! `MONORANGE_UNICORN`; without them this is skipped aloud.
-#![cfg(unix)]
-mod drive;
 
-use drive::*;
+use crate::drive::*;
 use monorange_protocol::{
     client::Client,
     message::{DeviceMessage, HostMessage, SaveState, State},

@@ -1,5 +1,4 @@
 //! Boards in QEMU.
-#![allow(dead_code, reason = "each test uses its part")]
 use std::{
     os::unix::net::UnixStream,
     path::PathBuf,

@@ -1,11 +1,10 @@
 //! What a file can hold: nothing may panic, and nothing may take long.
 //!
-//! Sound files are damaged again and again. `MONORANGE_FUZZ_SECONDS=600 cargo test -p monorange-formats --test hostile_files` is the
+//! Sound files are damaged again and again. `MONORANGE_FUZZ_SECONDS=600 cargo test -p monorange-formats --test hostile files` is the
 //! long run: seconds of processor time for each kind.
-mod chance;
-mod work;
 
-use chance::Chance;
+use crate::chance::Chance;
+use crate::work::Work;
 use image::{ExtendedColorType, GrayImage, ImageEncoder, Luma, codecs::jpeg::JpegEncoder};
 use monorange_formats::{
     files::{Odometry, Rig, memory, read_camera_of, read_frame_list, read_map, read_trajectory},
@@ -15,7 +14,6 @@ use monorange_formats::{
 };
 use nalgebra::Vector2;
 use std::{path::Path, time::Duration};
-use work::Work;
 
 const WORDS: &[&str] = &[
     "nan",

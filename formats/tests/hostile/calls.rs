@@ -1,11 +1,10 @@
 //! Whatever is called in whatever order with whatever numbers: the pipeline answers with a report or an error, and a state that was
 //! damaged is refused or goes on.
 //!
-//! `MONORANGE_FUZZ_SECONDS=600 cargo test -p monorange-formats --test hostile_calls` is the long run.
-mod chance;
-mod work;
+//! `MONORANGE_FUZZ_SECONDS=600 cargo test -p monorange-formats --test hostile calls` is the long run.
 
-use chance::Chance;
+use crate::chance::Chance;
+use crate::work::Work;
 use monorange_core::{
     geometry::{Camera, Distortion, Mount, RangeFinder},
     image::Grey,
@@ -15,7 +14,6 @@ use monorange_core::{
 };
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 use std::time::Duration;
-use work::Work;
 
 const SIZE: [usize; 2] = [64, 48];
 

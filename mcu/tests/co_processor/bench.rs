@@ -1,5 +1,4 @@
 //! A device on a bench: a fake engine that remembers what it was given, and a line to talk over.
-#![allow(dead_code, reason = "each test file uses its part")]
 pub(crate) mod faults;
 pub(crate) mod wire;
 

@@ -1,10 +1,8 @@
 //! The firmware's library, compiled for this machine, against the pipeline; on a board, `in_qemu.rs`
 //! does the same with fewer pictures.
-mod bench;
-mod drive;
 
-use bench::wire::Wire;
-use drive::*;
+use crate::bench::wire::Wire;
+use crate::drive::*;
 use monorange_mcu::{Arrays, Mapper};
 use monorange_protocol::client::Client;
 use std::time::Duration;

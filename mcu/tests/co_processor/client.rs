@@ -1,7 +1,6 @@
 //! The host's end of the line against the device's, without a board between them.
-mod bench;
 
-use bench::{Fake, configuration, wire::Wire};
+use crate::bench::{Fake, configuration, wire::Wire};
 use monorange_protocol::{
     client::Client,
     message::{DeviceMessage, FrameBegin, HostMessage},
