@@ -82,29 +82,34 @@ impl Board {
         }
     }
 
-    /// A target folder a processor and program: the flags are part of what is built.
-    fn target(self, features: &str) -> PathBuf {
-        shell::root().join("target/firmware").join(self.machine()).join(features)
-    }
-
     /// Where the board's program is, once it is built.
-    fn image(self, features: &str) -> PathBuf {
-        self.target(features).join(self.triple()).join("release/monorange-mps2")
+    fn image(self) -> PathBuf {
+        built(self.processor(), self.triple(), "monorange-mps2")
     }
 
     /// Builds the board's program.
-    fn compiler(self, features: &str) -> Command {
-        let folder = shell::root().join("mcu/boards/mps2");
-        let target = self.target(features);
-        let mut cargo = shell::cargo("build --release --locked --target");
-        cargo.arg(self.triple()).arg("--target-dir").arg(&target).current_dir(folder);
-        if !features.is_empty() {
-            cargo.args(["--features", features]);
-        }
+    fn compiler(self) -> Command {
+        let mut cargo = compiler("mps2", self.processor());
+        cargo.args(["--target", self.triple()]);
         let flags = format!("-Clink-arg=-Tlink.x -Clink-arg=--nmagic -Ctarget-cpu={}", self.processor());
         cargo.env("RUSTFLAGS", flags).env("MONORANGE_BOARD", self.machine());
         cargo
     }
+}
+
+/// Builds a program of `mcu/boards`, in a target folder for each processor: its flags are part of what is built.
+fn compiler(folder: &str, processor: &str) -> Command {
+    let mut cargo = shell::cargo("build --release --locked --target-dir");
+    cargo.arg(target(processor)).current_dir(shell::root().join("mcu/boards").join(folder));
+    cargo
+}
+
+fn target(processor: &str) -> PathBuf {
+    shell::root().join("target/firmware").join(processor)
+}
+
+fn built(processor: &str, triple: &str, program: &str) -> PathBuf {
+    target(processor).join(triple).join("release").join(program)
 }
 
 pub(crate) fn run(options: &Options) -> Result<()> {
@@ -117,7 +122,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
 
 fn serve(board: Board, unix: &Path, tcp: Option<u16>) -> Result<()> {
     setup::qemu()?;
-    build([board.compiler("")])?;
+    build([board.compiler()])?;
     let mut qemu = Command::new("qemu-system-arm");
     let line = match tcp {
         Some(port) => {
@@ -128,8 +133,7 @@ fn serve(board: Board, unix: &Path, tcp: Option<u16>) -> Result<()> {
     let place = tcp.map_or(format!("--unix {}", unix.display()), |port| format!("--tcp 127.0.0.1:{port}"));
     eprintln!("{} answers `monorange feed {place} …`", board.machine());
     qemu.args(["-machine", board.machine(), "-icount", "shift=5", "-display", "none", "-monitor", "none"]);
-    qemu.args(["-chardev", &line, "-serial", "chardev:line", "-echr", "0x100", "-kernel"])
-        .arg(board.image(""));
+    qemu.args(["-chardev", &line, "-serial", "chardev:line", "-echr", "0x100", "-kernel"]).arg(board.image());
     shell::run(qemu.current_dir(shell::root()))
 }
 
@@ -150,7 +154,8 @@ const FUZZ_CASES: &str = "250000";
 /// the program for silicon as well.
 pub(crate) fn test(frames: usize) -> Result<()> {
     setup::qemu()?;
-    build(programs().into_iter().chain([Board::An500.compiler("crash")]))?;
+    let crashing = crashing()?;
+    build(programs())?;
     weigh()?;
     // Of the whole workspace, as `cargo test` builds it: the features of a package by itself would have all compiled again.
     let mut cargo = shell::cargo("test");
@@ -159,9 +164,7 @@ pub(crate) fn test(frames: usize) -> Result<()> {
     }
     cargo.args(["--", "--nocapture"]);
     cargo.env("MONORANGE_QEMU", "required").env("MONORANGE_FRAMES", frames.to_string());
-    cargo
-        .env("MONORANGE_FUZZ_CASES", FUZZ_CASES)
-        .env("MONORANGE_MPS2_AN500_CRASH", Board::An500.image("crash"));
+    cargo.env("MONORANGE_FUZZ_CASES", FUZZ_CASES).env("MONORANGE_MPS2_AN500_CRASH", crashing);
     // What another reader of MAVLink makes of `feed --mavlink`.
     match python::with("pymavlink")? {
         Some(python) => _ = cargo.env("MONORANGE_PYTHON", python),
@@ -174,7 +177,7 @@ pub(crate) fn test(frames: usize) -> Result<()> {
     }
     for board in BOARDS {
         let variable = format!("MONORANGE_{}", board.machine().to_uppercase().replace('-', "_"));
-        cargo.env(variable, board.image(""));
+        cargo.env(variable, board.image());
     }
     shell::run(&mut cargo)
 }
@@ -193,16 +196,24 @@ fn build(compilers: impl IntoIterator<Item = Command>) -> Result<()> {
 
 /// The compilers of every board's program.
 fn programs() -> [Command; 4] {
-    let [first, second, third] = BOARDS.map(|board| board.compiler(""));
-    let mut silicon = shell::cargo("build --release --locked --target-dir");
-    silicon.arg(nucleo()).current_dir(shell::root().join("mcu/boards/nucleo-h743zi"));
-    [first, second, third, silicon]
+    let [first, second, third] = BOARDS.map(Board::compiler);
+    [first, second, third, compiler("nucleo-h743zi", Board::An500.processor())]
+}
+
+/// Builds the program that panics, overflows its stack or hangs when it is told to, and keeps it beside the one that does not.
+fn crashing() -> Result<PathBuf> {
+    let mut compiler = Board::An500.compiler();
+    compiler.args(["--features", "crash"]);
+    build([compiler])?;
+    let (built, kept) = (Board::An500.image(), target("crash").with_extension("elf"));
+    std::fs::copy(&built, &kept).with_context(|| format!("cannot copy {}", built.display()))?;
+    Ok(kept)
 }
 
 /// Prints what the programs take, and checks that no pixel costs a call of double precision.
 fn weigh() -> Result<()> {
     for board in BOARDS {
-        report(&board.image(""), board.machine())?;
+        report(&board.image(), board.machine())?;
     }
     report(&nucleo_image(), "nucleo-h743zi")
 }
@@ -228,10 +239,5 @@ fn report(image: &Path, board: &str) -> Result<()> {
 
 /// Where the program for silicon is, once it is built.
 fn nucleo_image() -> PathBuf {
-    nucleo().join(TRIPLE).join("release/monorange-nucleo-h743zi")
-}
-
-/// Target folder of the program for silicon.
-fn nucleo() -> PathBuf {
-    shell::root().join("target/firmware/nucleo-h743zi")
+    built(Board::An500.processor(), TRIPLE, "monorange-nucleo-h743zi")
 }
