@@ -131,10 +131,12 @@ pub fn joint_compatibility<T: Real>(
     ambiguity: T,
     caution: T,
 ) -> JointResult {
+    // Beside the search: within, it would be on a microcontroller's stack twice.
+    let mut root = [[T::zero(); 2]; 2 * BLOCKS];
     let mut search = Search {
         candidates,
         correlated,
-        root: [[T::zero(); 2]; 2 * BLOCKS],
+        root: &mut root,
         whitened: [Vector2::zeros(); MAX_PAIRS],
         floor: heapless::Vec::new(),
         freedom: heapless::Vec::new(),
@@ -175,7 +177,7 @@ struct Search<'a, T, C> {
     candidates: &'a [Candidate<T>],
     correlated: &'a C,
     /// L of S by blocks of two scalar rows each, the lower triangle row by row: see [`block_at`].
-    root: [[T; 2]; 2 * BLOCKS],
+    root: &'a mut [[T; 2]; 2 * BLOCKS],
     whitened: [Vector2<T>; MAX_PAIRS],
     /// What the measurements from a candidate's on can cost at least, by candidate.
     floor: heapless::Vec<T, MAX_JOINT_CANDIDATES>,
