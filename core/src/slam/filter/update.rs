@@ -71,7 +71,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             let slot = self.slot(observation.landmark)?;
             let landmark = self.landmarks()[slot];
             *outcome = match self.linearise(&landmark, heading, &observation.measurement, finder.as_ref()) {
-                Some(linear) => self.absorb_landmark(slot, &linear, &mut pending),
+                Some(linear) => self.absorb_linearised(slot, &linear, &mut pending),
                 None => Outcome { landmark: Some(landmark.id), ..Outcome::default() },
             };
         }
@@ -95,7 +95,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             });
         }
         let mut pending = Pending::default();
-        let outcome = self.absorb_landmark(slot, linear, &mut pending);
+        let outcome = self.absorb_linearised(slot, linear, &mut pending);
         self.finish(pending);
         Ok(outcome)
     }
@@ -149,7 +149,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         found.ok_or(Error::UnknownLandmark { id })
     }
 
-    pub(in crate::slam) fn absorb_landmark(
+    fn absorb_linearised(
         &mut self,
         slot: usize,
         linear: &Linearised<T>,
@@ -157,9 +157,19 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     ) -> Outcome<T> {
         let landmark = self.landmarks()[slot];
         let rows = linear.rows(landmark.offset, landmark.form, self.config.mount_std.is_some());
-        let absorbed =
-            Absorbed { innovation: linear.innovation, noise: linear.noise, dof: linear.dof, rows: &rows };
-        let mut outcome = self.absorb(&absorbed, pending);
+        let Linearised { innovation, noise, dof, .. } = *linear;
+        self.absorb_landmark(slot, &Absorbed { innovation, noise, dof, rows: &rows }, pending)
+    }
+
+    /// As [`absorb`](Self::absorb), of the landmark at `slot`.
+    pub(in crate::slam) fn absorb_landmark(
+        &mut self,
+        slot: usize,
+        measured: &Absorbed<'_, T>,
+        pending: &mut Pending,
+    ) -> Outcome<T> {
+        let landmark = self.landmarks()[slot];
+        let mut outcome = self.absorb(measured, pending);
         outcome.landmark = Some(landmark.id);
         if outcome.decision == Decision::Update {
             if self.config.covariance == Covariance::Packed && !self.fixed {

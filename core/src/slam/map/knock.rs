@@ -7,7 +7,7 @@
 //!
 //! *Limits.* It is seen where the map is, within the frames that still see what was mapped before; the height is not let go; not with
 //! [`Covariance::Factored`].
-use super::{Feature, Hint, Map};
+use super::Map;
 use crate::Real;
 use crate::association::Candidate;
 use crate::slam::filter::Covariance;
@@ -20,38 +20,29 @@ const WITNESS: u32 = 4;
 
 impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landmark<T>]>> Map<T, S, L> {
     /// Pairs with landmarks that stood in the map before, within the gate.
-    pub(super) fn witnesses(&self, candidates: &[Candidate<T>]) -> usize {
+    pub(super) fn witnesses(&self, pairs: &[Candidate<T>]) -> usize {
         let of_known = |pair: &&Candidate<T>| {
             let landmark = self.filter.landmarks().get(pair.landmark);
             landmark.is_some_and(is_witness) && pair.nis <= self.match_nis(pair.dof)
         };
-        candidates.iter().filter(of_known).count()
+        pairs.iter().filter(of_known).count()
     }
 
-    /// Whether a frame with these pairs is one that a knock might explain.
-    pub(super) fn seems_knocked(
-        &self,
-        named: bool,
-        features: &[Feature<T>],
-        candidates: &[Candidate<T>],
-    ) -> bool {
+    /// Whether a frame of so many sound measurements, with these pairs, is one that a knock might explain.
+    pub(super) fn seems_knocked(&self, measured: usize, pairs: &[Candidate<T>]) -> bool {
         let config = self.filter.config();
         if config.mount_std.is_none() || config.covariance != Covariance::Packed {
             return false;
         }
-        let sound = |feature: &&Feature<T>| {
-            matches!(feature.hint, Hint::Landmark(_)) == named && feature.measurement.check().is_ok()
-        };
-        let measured = features.iter().filter(sound).count();
         let in_view = |landmark: &&Landmark<T>| landmark.in_view && is_witness(landmark);
         let expected = self.filter.landmarks().iter().filter(in_view).count();
         let possible = measured.min(expected);
-        possible >= LEAST && LEAST * self.witnesses(candidates) <= possible
+        possible >= LEAST && LEAST * self.witnesses(pairs) <= possible
     }
 
     /// Whether the pairs with the angles let go are worth it.
-    pub(super) fn explains(&self, before: usize, candidates: &[Candidate<T>]) -> bool {
-        self.witnesses(candidates) >= before + LEAST
+    pub(super) fn explains(&self, before: usize, pairs: &[Candidate<T>]) -> bool {
+        self.witnesses(pairs) >= before + LEAST
     }
 
     /// Deletes what was born since the last frames and not seen in this one: under the mount as it was.

@@ -3,12 +3,11 @@
 //! Two points are one when they are as close as their joint covariance has it, and so surely that there is no room for
 //! another landmark: they go through the same search as a frame's measurements, all pairs together. Where the drift since
 //! the older ones were seen is large no pair is sure by itself, anything would have fitted; several that agree are.
-use super::stacked::{Pair, Pairs, Stacked};
-use super::{Map, MapConfig, MapReport};
+use super::frame::Candidates;
+use super::stacked::Pair;
+use super::{Map, MapReport};
 use crate::Real;
-use crate::association::{
-    Candidate, MAX_JOINT_CANDIDATES, MAX_PAIRS, cholesky, forward, joint_compatibility, sort_for_search,
-};
+use crate::association::{Candidate, MAX_PAIRS, cholesky, forward};
 use crate::slam::covariance::{Row, Rows};
 use crate::slam::filter::update::{Absorbed, Pending};
 use crate::slam::filter::{Decision, Outcome};
@@ -19,54 +18,44 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     /// Makes one of every landmark seen in this frame and its duplicate.
     #[inline(never)] // as the pairing of measurements, whose lists are as long
     pub(super) fn merge_duplicates(&mut self, outcomes: &[Outcome<T>], report: &mut MapReport) {
-        let mut candidates = self.near_unseen_ones(outcomes);
-        if candidates.is_empty() {
+        let mut candidates = Candidates::new();
+        self.near_unseen_ones(outcomes, &mut candidates);
+        if candidates.list.is_empty() {
             return;
         }
-        sort_for_search(&mut candidates);
-        let mut pairs = heapless::Vec::<_, MAX_JOINT_CANDIDATES>::new();
-        for one in &candidates {
-            let Some(pair) = self.pair_of(one.observation, one.landmark) else { continue };
-            let _ = pairs.push(Stacked::new(&self.filter, pair));
-        }
-        let correlated = Pairs { pairs: &pairs, filter: &self.filter };
-        let MapConfig { joint_nodes, ambiguity, caution, .. } = self.config;
-        let found = joint_compatibility(&candidates, &correlated, joint_nodes, ambiguity, caution);
+        let found = self.search(&mut candidates);
         let id = |slot: usize| self.filter.landmarks().get(slot).map(|landmark| landmark.id);
         let ids: heapless::Vec<_, MAX_PAIRS> = found
             .chosen
             .iter()
-            .filter_map(|index| candidates.get(*index))
+            .filter_map(|index| candidates.list.get(*index))
             .filter_map(|pair| Some((id(pair.observation)?, id(pair.landmark)?)))
             .collect();
         report.merged += ids.iter().filter_map(|(seen, unseen)| self.merge(*seen, *unseen)).count() as u32;
     }
 
-    /// Pairs of a landmark seen in this frame and one that should have been and was not, in each other's gate.
-    fn near_unseen_ones(&self, outcomes: &[Outcome<T>]) -> heapless::Vec<Candidate<T>, MAX_JOINT_CANDIDATES> {
+    /// Lists pairs of a landmark seen in this frame and one that should have been and was not, in each other's gate.
+    fn near_unseen_ones(&self, outcomes: &[Outcome<T>], near: &mut Candidates<T>) {
         // A measurement that is nobody's may be of the landmark that it is nearest to.
         let unseen = |landmark: &Landmark<T>| {
             let gated =
                 |one: &Outcome<T>| one.decision == Decision::Gated && one.landmark == Some(landmark.id);
             landmark.missed >= self.config.merge_missed && !outcomes.iter().any(gated)
         };
-        let mut near = heapless::Vec::new();
         let points = || self.filter.landmarks().iter().enumerate().filter(|(_, one)| one.form == Form::Point);
         let [_, gate] = self.config.match_nis;
         for (seen, _) in points().filter(|(_, landmark)| landmark.last_frame == self.frame) {
             for (unseen, _) in points().filter(|(_, landmark)| unseen(landmark)) {
-                let Some(Pair { innovation, noise, offset, rows }) = self.pair_of(seen, unseen) else {
-                    continue;
-                };
-                let Some(root) = cholesky(&(self.filter.cross(&rows) + noise)) else { continue };
-                let ([l11, _, l22], nis) = (root, forward(&root, &innovation).norm_squared());
-                if nis <= gate {
-                    let cost = nis + T::lit(2.0) * (l11 * l22).ln() + offset;
-                    let _ = near.push(Candidate { observation: seen, landmark: unseen, cost, nis, dof: 2 }); // else next time
+                let Some(pair) = self.pair_of(seen, unseen) else { continue };
+                let Some(root) = cholesky(&(self.filter.cross(&pair.rows) + pair.noise)) else { continue };
+                let ([l11, _, l22], nis) = (root, forward(&root, &pair.innovation).norm_squared());
+                // Those beyond what a search looks at: next time.
+                if nis <= gate && !near.linear.is_full() {
+                    let cost = nis + T::lit(2.0) * (l11 * l22).ln() + pair.offset;
+                    near.push(Candidate { observation: seen, landmark: unseen, cost, nis, dof: 2 }, pair);
                 }
             }
         }
-        near
     }
 
     /// The two as one landmark seen twice; `None` where they are too far apart.
@@ -75,6 +64,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         let (a, b) = (landmarks.get(seen)?, landmarks.get(unseen)?);
         let innovation = self.filter.position(b)? - self.filter.position(a)?;
         (innovation.norm() <= self.config.merge_distance).then(|| Pair {
+            of: (seen, unseen),
             innovation,
             noise: self.merge_noise(),
             offset: T::lit(2.0) * (T::two_pi() * self.config.density).ln(),

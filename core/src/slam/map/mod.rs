@@ -1,6 +1,6 @@
 //! The map's upkeep: who is who, who is born, who is believed, who goes.
 //!
-//! A frame's measurements pass through five steps:
+//! A frame's measurements pass through five steps, as data in the stages of `frame.rs`:
 //!
 //! 1. *Candidates*: pairs of measurement and landmark whose normalised innovation is below the match threshold; where there
 //!    is none, below the birth threshold.
@@ -14,7 +14,9 @@
 //!    seen in fewer than k. A landmark that is expected in view and stays unseen while its neighbour within
 //!    `merge_distance` takes all its sightings is its duplicate if the two are surely one: they are made one, and the joint
 //!    covariance learns that they are.
+mod candidates;
 mod config;
+mod frame;
 mod knock;
 mod merging;
 mod pairing;
@@ -23,6 +25,8 @@ mod upkeep;
 
 pub use config::{Feature, Hint, MapConfig, MapReport, Pairing, View};
 pub(crate) use config::{MAP, MAP_REFERENCES};
+
+use frame::{Frame, Round, Standing, Standings};
 
 use crate::slam::filter::Filter;
 use crate::slam::filter::{Decision, Outcome};
@@ -102,19 +106,31 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             let (got, expected) = (outcomes.len(), features.len());
             return Err(Error::Size { name: "outcomes", got, expected });
         };
-        outcomes.fill(Outcome::default());
+        outcomes.fill(Outcome::default()); // rejected, where nothing better is found
         self.frame = self.frame.saturating_add(1);
         let mut report = MapReport::default();
-        let finder = self.filter.finder();
         self.expect();
-        self.pair(features, &may_be, finder.as_ref(), outcomes, &mut report);
+        let finder = self.filter.finder();
+        let frame = Frame { features, may_be: &may_be, finder: finder.as_ref() };
+        let mut standings = Standings::new();
+        let _ = standings.resize(features.len().min(MAX_FEATURES), Standing::Unsound); // of that capacity
+        for round in [Round::Named, Round::Free] {
+            self.correct(&frame, round, &mut standings, outcomes, &mut report); // steps 1 to 3
+        }
         if report.knocked {
             self.health.knocks = self.health.knocks.saturating_add(1);
             self.forget_tentative();
         }
-        self.give_birth(features, outcomes, &mut report);
-        for outcome in outcomes.iter() {
-            let threshold = self.threshold(outcome.dof);
+        self.give_birth(features, &standings, outcomes, &mut report); // step 4
+        self.note(outcomes, &mut report);
+        self.keep_up(outcomes, &mut report); // step 5
+        Ok(report)
+    }
+
+    /// Counts what became of the measurements, and tells the health.
+    fn note(&mut self, outcomes: &[Outcome<T>], report: &mut MapReport) {
+        for outcome in outcomes {
+            let threshold = of_dof(self.filter.config().gate_nis, outcome.dof);
             self.health.note(outcome, threshold);
             match outcome.decision {
                 Decision::Update | Decision::Tentative => report.updates += 1,
@@ -124,9 +140,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             }
             report.inflated += u32::from(outcome.inflation > T::one());
         }
-        self.health.frames.note(&self.evidence(&report));
-        self.keep_up(outcomes, &mut report);
-        Ok(report)
+        self.health.frames.note(&self.evidence(report));
     }
 
     fn evidence(&self, report: &MapReport) -> FrameEvidence<T> {
@@ -143,11 +157,6 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             births: report.births,
             moved: self.filter.moved(self.health.knocks),
         }
-    }
-
-    fn threshold(&self, dof: usize) -> T {
-        let [one, two] = self.filter.config().gate_nis;
-        if dof == 1 { one } else { two }
     }
 
     /// Notes which landmarks are in view, as predicted.
@@ -167,4 +176,9 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             }
         }
     }
+}
+
+/// A threshold's value for a measurement of so many degrees of freedom.
+fn of_dof<T>([one, two]: [T; 2], dof: usize) -> T {
+    if dof == 1 { one } else { two }
 }

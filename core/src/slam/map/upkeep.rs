@@ -1,4 +1,5 @@
 //! Births, confirmation and deletion.
+use super::frame::Standing;
 use super::{Feature, Map, MapConfig, MapReport};
 use crate::Real;
 use crate::slam::filter::{Decision, Outcome};
@@ -6,49 +7,63 @@ use crate::slam::landmark::{Form, Landmark, Status};
 use crate::slam::models::Measurement;
 
 impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landmark<T>]>> Map<T, S, L> {
+    /// Starts a landmark for each measurement that is of none, and completes the outcomes by that.
     pub(super) fn give_birth(
         &mut self,
         features: &[Feature<T>],
+        standings: &[Standing<T>],
         outcomes: &mut [Outcome<T>],
         report: &mut MapReport,
     ) {
-        for (feature, outcome) in features.iter().zip(outcomes.iter_mut()) {
-            if outcome.decision != Decision::Birth {
-                continue;
-            }
-            outcome.decision = Decision::Rejected;
-            if self.filter.fixed {
-                continue;
-            }
-            let (filter_size, capacity) = self.filter.states();
-            let needed = match feature.measurement {
-                Measurement::Bearing { .. } => Form::InverseDistance.len(),
-                _ => Form::Point.len(),
-            };
-            let full = filter_size + needed > capacity || self.filter.landmarks().len() >= self.filter.room();
-            if full && !self.make_room() {
-                report.no_room += 1;
-                continue;
-            }
-            let (id, time) = (self.next_id, self.filter.time());
-            if self.filter.birth(time, id, &feature.measurement).is_err() {
-                continue;
-            }
-            self.next_id = self.next_id.wrapping_add(1);
-            *outcome = Outcome { decision: Decision::Birth, landmark: Some(id), nis: None, ..*outcome };
-            report.births += 1;
-            let (frame, confirm) = (self.frame, self.config.confirm);
-            if let Some(record) = self.filter.landmarks_mut().last_mut() {
-                record.last_frame = frame;
-                record.last_pixel = feature.pixel;
-                record.descriptor = feature.descriptor;
-                record.expected = 1;
-                if confirm <= 1 {
-                    record.status = Status::Confirmed;
-                    report.confirmed += 1;
+        for ((feature, standing), outcome) in features.iter().zip(standings).zip(outcomes) {
+            let dof = feature.measurement.dof();
+            let rejected = match standing {
+                Standing::Unsound | Standing::Paired(_) => continue,
+                Standing::Gated(nearest) => {
+                    *outcome = nearest.outcome(Decision::Gated, dof);
+                    continue;
                 }
+                Standing::Stranger(nearest) => nearest.outcome(Decision::Rejected, dof),
+                Standing::Alone => Outcome::default(),
+            };
+            *outcome = match self.born(feature, report) {
+                None => rejected,
+                landmark => Outcome { decision: Decision::Birth, landmark, nis: None, ..rejected },
+            };
+        }
+    }
+
+    /// The name of a landmark started from a measurement, where it fixes one and there is room.
+    fn born(&mut self, feature: &Feature<T>, report: &mut MapReport) -> Option<u32> {
+        if self.filter.fixed {
+            return None;
+        }
+        let (filter_size, capacity) = self.filter.states();
+        let needed = match feature.measurement {
+            Measurement::Bearing { .. } => Form::InverseDistance.len(),
+            _ => Form::Point.len(),
+        };
+        let full = filter_size + needed > capacity || self.filter.landmarks().len() >= self.filter.room();
+        if full && !self.make_room() {
+            report.no_room += 1;
+            return None;
+        }
+        let (id, time) = (self.next_id, self.filter.time());
+        self.filter.birth(time, id, &feature.measurement).ok()?;
+        self.next_id = self.next_id.wrapping_add(1);
+        report.births += 1;
+        let (frame, confirm) = (self.frame, self.config.confirm);
+        if let Some(record) = self.filter.landmarks_mut().last_mut() {
+            record.last_frame = frame;
+            record.last_pixel = feature.pixel;
+            record.descriptor = feature.descriptor;
+            record.expected = 1;
+            if confirm <= 1 {
+                record.status = Status::Confirmed;
+                report.confirmed += 1;
             }
         }
+        Some(id)
     }
 
     /// Deletes the tentative landmark that has waited longest, unless all were seen in this frame.
