@@ -8,12 +8,11 @@
 //! | rest | the pipeline's state |
 //!
 //! Numbers are little-endian `f64`.
-use super::{inputs, io_error, memory};
+use super::read_bytes;
 use crate::{Error, Result};
 use monorange_core::geometry::Pose;
 use monorange_core::pipeline::{Pipeline, Storage, saved_map, state_len};
 use monorange_core::slam::SavedMap;
-use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -52,14 +51,7 @@ impl MapFile {
     /// # Errors
     /// When the file cannot be read, or is none that a drive wrote.
     pub fn read(path: &Path) -> Result<Self> {
-        let bytes = match memory::copy_of(path) {
-            Some(bytes) => bytes,
-            None => {
-                let bytes = fs::read(path).map_err(|error| io_error(&error).at(path))?;
-                inputs::note(path);
-                bytes
-            }
-        };
+        let bytes = read_bytes(path)?;
         let wrong = |cause: &str| {
             Error::new(cause)
                 .at(path)

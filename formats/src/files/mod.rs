@@ -38,15 +38,18 @@ use std::{fs, io::Read, path::Path};
 /// # Errors
 /// Without the file, without leave to read it, or when it is not UTF-8.
 pub fn read_text(path: &Path) -> Result<String> {
-    let bytes = match memory::copy_of(path) {
-        Some(bytes) => bytes,
-        None => {
-            let bytes = fs::read(path).map_err(|error| io_error(&error).at(path))?;
-            inputs::note(path);
-            bytes
-        }
-    };
+    let bytes = read_bytes(path)?;
     decode(bytes).map_err(|error| error.at(path))
+}
+
+/// What a file holds, as [`read_text`].
+fn read_bytes(path: &Path) -> Result<Vec<u8>> {
+    if let Some(bytes) = memory::copy_of(path) {
+        return Ok(bytes);
+    }
+    let bytes = fs::read(path).map_err(|error| io_error(&error).at(path))?;
+    inputs::note(path);
+    Ok(bytes)
 }
 
 /// The text of standard input.

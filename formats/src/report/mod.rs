@@ -156,6 +156,8 @@ pub struct InMap {
     pub found_after_m: Option<f64>,
     /// Landmarks of the map by which it was recognised.
     pub recognised: usize,
+    /// Whether the map stays as it is: what it does not have is rejected.
+    pub localise_only: bool,
 }
 
 /// `report.json`; metres, radians and seconds.
@@ -245,7 +247,9 @@ impl Run {
         let decisions = self.decisions();
         let [rejected, gated] = ["rejected", "gated"].map(|word| decisions.get(word).copied().unwrap_or(0));
         let measured = self.observations.len();
-        if 2 * (rejected + gated) > measured && measured > 10 {
+        // What a map does not have that stays as it is says nothing about units.
+        let localise_only = self.in_map.as_ref().is_some_and(|map| map.localise_only);
+        if 2 * (rejected + gated) > measured && measured > 10 && !localise_only {
             let words = self.subject.long();
             let cause =
                 format!("of {measured} {words} {rejected} were rejected and {gated} lay beyond their gates");

@@ -75,7 +75,13 @@ impl<'a> Saved<'a> {
 
     fn told(&self) -> InMap {
         let (found_after_s, found_after_m) = (None, None);
-        InMap { map: self.file.path().display().to_string(), found_after_s, found_after_m, recognised: 0 }
+        InMap {
+            map: self.file.path().display().to_string(),
+            found_after_s,
+            found_after_m,
+            recognised: 0,
+            localise_only: self.fixed,
+        }
     }
 
     /// Ends the run: one that has not found its place is lost. The world of the truth in the map, where it is known.

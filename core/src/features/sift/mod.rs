@@ -110,7 +110,7 @@ pub struct SiftReport {
 /// ```
 /// use monorange_core::features::{SiftConfig, sift_samples_len};
 /// let bytes = 2 * sift_samples_len(320, 240, &SiftConfig::default());
-/// assert_eq!(bytes, 4_944_880);
+/// assert_eq!(bytes, 4_947_440);
 /// ```
 pub fn sift_samples_len(width: usize, height: usize, config: &SiftConfig) -> usize {
     let layout = Layout::new(width, height, config.doubled);
