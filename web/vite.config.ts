@@ -29,7 +29,9 @@ export const HEADERS = {
   'Cross-Origin-Opener-Policy': 'same-origin',
 };
 
-const inBrowser = { expect: { poll: { timeout: 20_000 } }, testTimeout: 120_000, hookTimeout: 60_000, fileParallelism: false };
+const inBrowser = { expect: { poll: { timeout: 20_000 } }, testTimeout: 120_000, hookTimeout: 60_000 };
+/** After everything else, one file after the other. */
+const alone = { ...inBrowser, maxWorkers: 1, sequence: { groupOrder: 2 } };
 
 export default defineConfig({
   // Relative, so that the page works from any folder of any static host.
@@ -42,11 +44,12 @@ export default defineConfig({
   test: {
     projects: [
       { test: { name: 'unit', include: ['src/**/*.test.ts'] } },
-      { test: { name: 'browser', include: ['tests/**/*.test.ts'], ...inBrowser } },
+      { test: { name: 'browser', include: ['tests/*.test.ts'], exclude: ['tests/alone.test.ts'], ...inBrowser, maxWorkers: 2, sequence: { groupOrder: 1 } } },
+      { test: { name: 'alone', include: ['tests/alone.test.ts'], ...alone } },
       // Not tests, but run like them: `npm run screenshots`, `npm run bench`.
-      { test: { name: 'screenshots', include: ['tools/screenshots.ts'], ...inBrowser } },
+      { test: { name: 'screenshots', include: ['tools/screenshots.ts'], ...alone } },
       { test: { name: 'first-picture', include: ['tools/first-picture.ts'] } },
-      { test: { name: 'bench', include: ['tools/bench.ts'], ...inBrowser } },
+      { test: { name: 'bench', include: ['tools/bench.ts'], ...alone } },
     ],
   },
 });

@@ -1,8 +1,8 @@
 /** A real browser on the built page, served from a sub-path of the loopback address. */
 import { existsSync } from 'node:fs';
-import { cp, mkdtemp, readFile, rm } from 'node:fs/promises';
+import { cp, mkdir, mkdtemp, readFile, rm, writeFile } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
-import { join } from 'node:path';
+import { dirname, join } from 'node:path';
 import { chromium, type BrowserContext, type Page } from 'playwright-core';
 import { preview, type PreviewServer } from 'vite';
 
@@ -18,6 +18,8 @@ export interface Site {
   server: PreviewServer;
   /** The folder that is served as the page's. */
   folder: string;
+  /** A folder on disk with these files, until the site is closed: the page reads them when it needs them. */
+  written(files: Record<string, Buffer | string>): Promise<string>;
   close(): Promise<void>;
 }
 
@@ -46,6 +48,14 @@ export async function openSite(options: { width?: number; height?: number; dark?
     context,
     server,
     folder: join(root, 'dist', 'some', 'folder'),
+    async written(files) {
+      const drive = join(await mkdtemp(join(root, 'written-')), 'drive');
+      for (const [path, content] of Object.entries(files)) {
+        await mkdir(dirname(join(drive, path)), { recursive: true });
+        await writeFile(join(drive, path), content);
+      }
+      return drive;
+    },
     async close() {
       await context.close();
       await server.close();

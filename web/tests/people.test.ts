@@ -1,22 +1,16 @@
 /** What people do with the page that a bench does not: they touch, undo, drop what they have, listen to it. */
-import { mkdir, mkdtemp, readdir, readFile, rm, writeFile } from 'node:fs/promises';
-import { tmpdir } from 'node:os';
-import { dirname, join } from 'node:path';
+import { readdir, readFile, rm, writeFile } from 'node:fs/promises';
+import { join } from 'node:path';
 import { afterAll, beforeAll, beforeEach, afterEach, expect, test } from 'vitest';
 import type { Page } from 'playwright-core';
 import { expectAccessible } from './axe.ts';
-import { exported, isQuiet, openSite, phase, waitForPhase, type Site } from './browser.ts';
-import { png } from './pictures.ts';
-import { longestTask, startTrace } from './trace.ts';
+import { exported, openSite, phase, waitForPhase, type Site } from './browser.ts';
+import { corner, png, RIG } from './pictures.ts';
 
 let site: Site;
 let page: Page;
-const folders: string[] = [];
 beforeAll(async () => void (site = await openSite()));
-afterAll(async () => {
-  await site.close();
-  for (const folder of folders) await rm(folder, { recursive: true });
-});
+afterAll(() => site.close());
 beforeEach(async () => {
   page = await site.context.newPage();
   await page.goto(site.address);
@@ -27,8 +21,6 @@ afterEach(() => page.close());
 const status = () => page.locator('#status').innerText();
 const message = () => page.locator('#messages').innerText();
 const readout = () => page.locator('#readout').innerText();
-const corner = (u: number, v: number) => (v > 150 ? 60 : u > 150 ? 180 : 120);
-const RIG = '[camera]\nwidth = 320\nheight = 240\nfocal = [365.0, 365.0]\nprincipal = [160.0, 120.0]\n[mount]\nheight = 0.4\ntilt_deg = 12.0\n';
 
 async function openFiles(files: Record<string, Buffer | string>): Promise<void> {
   await page.setInputFiles('#files', Object.entries(files).map(([name, content]) => ({ name, buffer: Buffer.from(content), mimeType: 'application/octet-stream' })));
@@ -36,14 +28,7 @@ async function openFiles(files: Record<string, Buffer | string>): Promise<void> 
 
 /** A folder with these files, opened as someone would open theirs. */
 async function openFolder(files: Record<string, Buffer | string>): Promise<void> {
-  const root = join(await mkdtemp(join(tmpdir(), 'monorange-')), 'drive');
-  // The page reads them when it needs them, until the test's end.
-  folders.push(dirname(root));
-  for (const [path, content] of Object.entries(files)) {
-    await mkdir(dirname(join(root, path)), { recursive: true });
-    await writeFile(join(root, path), content);
-  }
-  await page.setInputFiles('#folder', root);
+  await page.setInputFiles('#folder', await site.written(files));
 }
 
 const pictures = (folder: string, names: string[], width = 320, height = 240) =>
@@ -404,59 +389,3 @@ test('a JPEG that is cut short is skipped, whatever the browser makes up', async
   await waitForPhase(page, 'done');
   await expect.poll(message).toContain('2.jpg: it is cut short: its JPEG data has no end. It is skipped.');
 });
-
-test('3,000 pictures: flat memory, a main thread that is never busy, cancelled at once', async () => {
-  const count = 3000;
-  const [one, two] = [0, 1].map((shift) => png(320, 240, (u, v) => corner(u + shift, v)));
-  await openFolder({
-    ...Object.fromEntries(Array.from({ length: count }, (_, k) => [`frames/${k}.png`, (k % 2 ? one : two)!])), 'rig.toml': RIG,
-    'times.txt': Array.from({ length: count }, (_, k) => `${k / 10}\n`).join(''), 'odometry.csv': `t,v,omega\n0,0.0,0.0\n${count / 10},0.0,0.0\n`,
-  });
-  const [before, from] = await leastMemory(300, 900);
-  const trace = await startTrace(page);
-  await expect.poll(() => done(), { timeout: 60_000 }).toBeGreaterThan(1400);
-  const longest = longestTask(await trace.end());
-  const [after, to] = await leastMemory(2000, 2600);
-  const cancelled = await page.evaluate(() => new Promise<number>((told) => {
-    const asked = performance.now();
-    new MutationObserver(() => document.body.dataset['phase'] === 'cancelled' && told(performance.now() - asked)).observe(document.body, { attributes: true });
-    document.getElementById('cancel')!.click();
-  }));
-  const grown = (after - before) / (to - from);
-  console.log(`kB a picture: ${(grown / 1000).toFixed(1)}; ms of the longest task: ${longest.toFixed(0)}; ms from Cancel to the end: ${cancelled.toFixed(0)}`);
-  // A picture that is kept has 77 kB in grey alone, 307 kB for the screen; what became of it stays, for the views.
-  expect(grown).toBeLessThan(30_000);
-  expect(longest).toBeLessThan(50);
-  expect(cancelled).toBeLessThan(isQuiet() ? 250 : 2000);
-});
-
-/** Pictures that the running page has dealt with. */
-async function done(): Promise<number> {
-  return Number(/working: (\d+)/.exec(await status())?.[1] ?? 0);
-}
-
-/**
- * The least memory that the page holds while it deals with these of its pictures, and how many it has dealt with then: garbage comes and
- * goes by tens of megabytes, though it is collected for each measurement.
- */
-async function leastMemory(first: number, last: number): Promise<[bytes: number, pictures: number]> {
-  let least: [number, number] = [Infinity, 0];
-  for (let now = await done(); now < last; now = await done()) {
-    const bytes = now < first ? Infinity : await residentMemory();
-    if (bytes < least[0]) least = [bytes, now];
-    await new Promise((passed) => setTimeout(passed, 50));
-  }
-  return least;
-}
-
-/** Bytes that the browser's processes of pages hold once their garbage is collected. */
-async function residentMemory(): Promise<number> {
-  const session = await site.context.newCDPSession(page);
-  await session.send('HeapProfiler.collectGarbage');
-  await Promise.all(page.workers().map((worker) => worker.evaluate(() => (globalThis as unknown as { gc(): void }).gc())));
-  const { processInfo } = await (await site.context.browser()?.newBrowserCDPSession() ?? session).send('SystemInfo.getProcessInfo');
-  await session.detach();
-  const pages = processInfo.filter(({ type }) => type === 'renderer');
-  const sizes = await Promise.all(pages.map(async ({ id }) => Number(/VmRSS:\s+(\d+)/.exec(await readFile(`/proc/${id}/status`, 'utf8'))?.[1] ?? 0)));
-  return sizes.reduce((sum, size) => sum + 1024 * size, 0);
-}

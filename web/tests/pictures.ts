@@ -29,3 +29,9 @@ export function grey(width: number, height: number, level: Level): Buffer {
   for (let at = 0; at < pixels.length; at += 1) pixels[at] = level(at % width, Math.floor(at / width));
   return Buffer.concat([Buffer.from(`P5\n${width} ${height}\n255\n`), pixels]);
 }
+
+/** The grey of a corner of a room, of 320×240 pixels. */
+export const corner = (u: number, v: number): number => (v > 150 ? 60 : u > 150 ? 180 : 120);
+
+/** A rig for such pictures. */
+export const RIG = '[camera]\nwidth = 320\nheight = 240\nfocal = [365.0, 365.0]\nprincipal = [160.0, 120.0]\n[mount]\nheight = 0.4\ntilt_deg = 12.0\n';

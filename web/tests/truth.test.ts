@@ -1,26 +1,16 @@
 /** A truth that does not cover the whole drive is compared where it does. */
-import { mkdir, mkdtemp, rm, writeFile } from 'node:fs/promises';
-import { tmpdir } from 'node:os';
-import { dirname, join } from 'node:path';
 import { afterAll, beforeAll, expect, test } from 'vitest';
 import { openSite, waitForPhase, type Site } from './browser.ts';
-import { png } from './pictures.ts';
+import { png, RIG } from './pictures.ts';
 
 let site: Site;
-let folder: string;
-beforeAll(async () => {
-  site = await openSite();
-  folder = await mkdtemp(join(tmpdir(), 'monorange-'));
-});
-afterAll(async () => {
-  await site.close();
-  await rm(folder, { recursive: true });
-});
+beforeAll(async () => void (site = await openSite()));
+afterAll(() => site.close());
 
 test('a truth that begins late is laid on the run where it begins, and the result says how much it covers', async () => {
   const times = [0, 0.5, 1, 1.5];
   const files: Record<string, Buffer | string> = {
-    'rig.toml': '[camera]\nwidth = 320\nheight = 240\nfocal = [365.0, 365.0]\nprincipal = [160.0, 120.0]\n[mount]\nheight = 0.4\ntilt_deg = 12.0\n',
+    'rig.toml': RIG,
     'times.txt': times.map((time) => `${time}\n`).join(''),
     'odometry.csv': `t,v,omega\n${times.map((time) => `${time},0.5,0\n`).join('')}`,
     // The robot of the file's world goes along y, and the file knows nothing of the first half.
@@ -29,14 +19,10 @@ test('a truth that begins late is laid on the run where it begins, and the resul
   times.forEach((_, index) => {
     files[`frames/${index}.png`] = png(320, 240, (u, v) => (v > 150 ? 60 : u > 150 + 9 * index ? 180 : 120));
   });
-  for (const [path, content] of Object.entries(files)) {
-    await mkdir(dirname(join(folder, 'drive', path)), { recursive: true });
-    await writeFile(join(folder, 'drive', path), content);
-  }
   const page = await site.context.newPage();
   await page.goto(site.address);
   await waitForPhase(page, 'empty');
-  await page.setInputFiles('#folder', join(folder, 'drive'));
+  await page.setInputFiles('#folder', await site.written(files));
   await waitForPhase(page, 'done');
   const words = await page.locator('#result').innerText();
   expect(words).toContain('(the truth covers 2 of 4 pictures)');

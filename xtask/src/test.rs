@@ -64,7 +64,7 @@ fn tests() -> Result<()> {
     let examples = "--example range --example homography --example slam --example own_sensor";
     shell::run(&mut shell::cargo(&format!("build {examples}")))?;
     // What needs emulated boards has its own stage.
-    shell::run(shell::cargo("test --lib --bins --tests").env("MONORANGE_QEMU", "later"))?;
+    shell::run(shell::cargo("test --tests").env("MONORANGE_QEMU", "later"))?;
     shell::run(&mut shell::cargo("test --doc"))
 }
 

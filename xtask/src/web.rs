@@ -124,7 +124,8 @@ pub(crate) fn test() -> Result<()> {
     build()?;
     let monorange = shell::target().join("debug/monorange").with_extension(std::env::consts::EXE_EXTENSION);
     shell::run(
-        tool("vitest", &["run", "--project", "unit", "--project", "browser"]).env("MONORANGE", monorange),
+        tool("vitest", &["run", "--project", "unit", "--project", "browser", "--project", "alone"])
+            .env("MONORANGE", monorange),
     )
 }
 
