@@ -8,7 +8,7 @@
 use monorange_core::features::{FeatureKind, Features};
 use monorange_formats::pictures::Picture;
 use monorange_sim::Simulation;
-use monorange_tests::chance::{corridor, features, homography, kinds, plain_corridor, seen};
+use monorange_tests::chance::{Found, corridor, features, homography, kinds, plain_corridor, seen};
 use monorange_tests::real_data;
 use std::path::Path;
 
@@ -25,18 +25,24 @@ fn main() {
 
 #[derive(Default)]
 struct Count {
+    /// With a homography that is confirmed.
     accepted: usize,
+    /// With one at all.
+    found: usize,
     pairs: usize,
 }
 
 impl Count {
     fn add(&mut self, a: &Features, b: &Features) {
         self.pairs += 1;
-        self.accepted += usize::from(homography(a, b).is_some());
+        let found = homography(a, b);
+        self.found += usize::from(found != Found::Nothing);
+        self.accepted += usize::from(found == Found::Confirmed);
     }
 
     fn say(&self, name: &str, what: &str) {
-        println!("{name}: {what}: {} of {} accepted", self.accepted, self.pairs);
+        let Self { accepted, found, pairs } = self;
+        println!("{name}: {what}: {accepted} of {pairs} accepted; {found} have a homography");
     }
 }
 

@@ -1,6 +1,6 @@
 //! Homographies as `match` finds them, between pictures of simulated corridors.
 use monorange_core::features::{Detector, ENOUGH_KEYPOINTS, FeatureKind, Features, MatchConfig, SiftConfig};
-use monorange_core::homography::{HomographyConfig, HomographyEstimate, Match, estimate_homography};
+use monorange_core::homography::{HomographyConfig, Match, estimate_homography};
 use monorange_core::image::Grey;
 use monorange_sim::{Scene, SceneConfig, SimConfig, Simulation, default_rig};
 
@@ -53,14 +53,28 @@ pub fn features(pixels: &[u8], [width, height]: [usize; 2], kind: FeatureKind) -
         .expect("sound settings")
 }
 
-/// What `match` finds, with the number of matches.
-pub fn homography(a: &Features, b: &Features) -> Option<(HomographyEstimate<f64>, usize)> {
-    let ends = a.matches(b, &MatchConfig::default()).ok()?;
+/// What `match` finds in two pictures.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Found {
+    /// No homography.
+    Nothing,
+    /// One that chance or a place that looks alike could give: `match` refuses it.
+    Doubtful,
+    /// One that `match` gives.
+    Confirmed,
+}
+
+/// What `match` finds in two pictures' keypoints.
+pub fn homography(a: &Features, b: &Features) -> Found {
+    let Ok(ends) = a.matches(b, &MatchConfig::default()) else { return Found::Nothing };
     let ends: Vec<_> = ends.iter().map(|pair| [a.keypoints[pair.first], b.keypoints[pair.second]]).collect();
     let matches: Vec<Match<f64>> =
         ends.iter().map(|[from, to]| Match::of_uneven_keypoints(from, to)).collect();
     let config = HomographyConfig { scale_noise: true, ..HomographyConfig::default() };
-    let found = estimate_homography(&config, &matches, &mut vec![0.0; matches.len()]).ok()?;
     let keypoints = a.keypoints.len().min(b.keypoints.len());
-    found.is_confirmed_by(&matches, &ends, keypoints).then_some((found, matches.len()))
+    match estimate_homography(&config, &matches, &mut vec![0.0; matches.len()]) {
+        Err(_) => Found::Nothing,
+        Ok(found) if found.is_confirmed_by(&matches, &ends, keypoints) => Found::Confirmed,
+        Ok(_) => Found::Doubtful,
+    }
 }

@@ -7,10 +7,10 @@ use std::process::Command;
 const BOARD: &str = "thumbv7em-none-eabihf";
 const STRICT: [&str; 6] = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Werror", "-I../include"];
 
-/// Builds the library for both, and runs the example on both.
+/// Builds the library for both, and runs the example on both. In the profile of everything else here: most is compiled already.
 pub(crate) fn test() -> Result<()> {
     setup::rust_target(BOARD)?;
-    let library = "build --quiet --release -p monorange-c";
+    let library = "build --quiet -p monorange-c";
     shell::run(&mut shell::cargo(library))?;
     shell::run(&mut shell::cargo(&format!("{library} --no-default-features --target {BOARD}")))?;
     let here = on_this_computer()?;
@@ -31,8 +31,8 @@ fn on_this_computer() -> Result<Option<String>> {
         test::skipped("the example in C", "needs a C compiler named cc")?;
         return Ok(None);
     }
-    let program = shell::target().join("release/monorange-first-map");
-    let library = shell::target().join("release/libmonorange_c.a");
+    let program = shell::target().join("debug/monorange-first-map");
+    let library = shell::target().join("debug/libmonorange_c.a");
     let mut compiler = examples("cc", &["first_map.c", "host.c"]);
     shell::run(compiler.arg(library).args(["-lm", "-lpthread", "-ldl", "-o"]).arg(&program))?;
     output(shell::command(program, [""; 0])).map(Some)
@@ -44,7 +44,7 @@ fn on_a_board() -> Result<Option<String>> {
         return Ok(None);
     }
     setup::qemu()?;
-    let folder = shell::target().join(BOARD).join("release");
+    let folder = shell::target().join(BOARD).join("debug");
     let (library, program) = (folder.join("libmonorange_c.a"), folder.join("monorange-first-map.elf"));
     let mut compiler = examples("arm-none-eabi-gcc", &["first_map.c", "board.c"]);
     compiler.args(["-mcpu=cortex-m7", "-mfpu=fpv5-sp-d16", "-mfloat-abi=hard", "-mthumb", "-ffreestanding"]);

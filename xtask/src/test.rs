@@ -60,9 +60,9 @@ fn lints() -> Result<()> {
 
 fn tests() -> Result<()> {
     // The core's tests compare what these print. Examples that only measure are left to the lints: each would be compiled with the
-    // whole system in it.
+    // whole system in it. All in one command, which leaves no core idle in between.
     let examples = "--example range --example homography --example slam --example own_sensor";
-    shell::run(&mut shell::cargo(&format!("build {examples}")))?;
+    shell::run(&mut shell::cargo(&format!("build --tests {examples}")))?;
     // What needs emulated boards has its own stage.
     shell::run(shell::cargo("test --tests").env("MONORANGE_QEMU", "later"))?;
     shell::run(&mut shell::cargo("test --doc"))
@@ -125,12 +125,14 @@ fn packages() -> Result<()> {
 
 /// The core without a standard library, as a microcontroller and a browser build it.
 fn bare_targets() -> Result<()> {
-    let mut targets = String::new();
-    for triple in ["thumbv7em-none-eabihf", "wasm32-unknown-unknown"] {
-        setup::rust_target(triple)?;
-        targets += &format!(" --target {triple}");
-    }
-    let core = "--quiet -p monorange-core --no-default-features";
-    shell::run(&mut shell::cargo(&format!("build {core} {targets}")))?;
-    shell::run(&mut shell::cargo(&format!("check {core} --features sift {targets}")))
+    const CORE: &str = "--quiet -p monorange-core --no-default-features";
+    let [board, browser] = ["thumbv7em-none-eabihf", "wasm32-unknown-unknown"];
+    setup::rust_target(board)?;
+    setup::rust_target(browser)?;
+    // The C library for a board is made with it.
+    shell::run(&mut shell::cargo(&format!("build {CORE} --target {board}")))?;
+    shell::run(&mut shell::cargo(&format!("check {CORE} --target {browser}")))?;
+    shell::run(&mut shell::cargo(&format!(
+        "check {CORE} --features sift --target {board} --target {browser}"
+    )))
 }

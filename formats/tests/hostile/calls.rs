@@ -28,7 +28,7 @@ fn number(chance: &mut Chance, size: f32) -> f32 {
     }
 }
 
-fn pipeline() -> Pipeline<OnHeap> {
+pub(crate) fn pipeline() -> Pipeline<OnHeap> {
     let lens = Distortion { k1: -0.2, k2: 0.3, p1: 0.0, p2: 0.0, k3: 0.0 };
     let camera = Camera::new(SIZE[0], SIZE[1], [73.0, 73.0], [31.5, 23.5], 0.0, lens).unwrap();
     let finder = RangeFinder::new(camera, Mount::new([0.4, 0.2, 0.0, 0.0, 0.0, 0.0]).unwrap());

@@ -108,7 +108,7 @@ fn damaged(sound: &[Vec<u8>], chance: &mut Chance) -> Vec<u8> {
 const FILES: u64 = 2000;
 
 /// Reads damaged files: a fixed number, or for as long as is asked for.
-fn survive(name: &str, sound: &[Vec<u8>], read: impl Fn(&Path)) {
+pub(crate) fn survive(name: &str, sound: &[Vec<u8>], read: impl Fn(&Path)) {
     let seconds = std::env::var("MONORANGE_FUZZ_SECONDS").ok().and_then(|text| text.parse().ok());
     let (mut chance, begun, mut count) = (Chance(0x9e37_79b9_7f4a_7c15), Work::begin(), 0_u64);
     let goes_on = |count| seconds.map_or(count < FILES, |s| begun.done() < Duration::from_secs_f64(s));

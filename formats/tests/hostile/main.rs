@@ -2,4 +2,5 @@
 mod calls;
 mod chance;
 mod files;
+mod maps;
 mod work;

@@ -1,6 +1,6 @@
 //! Pictures of different places have no homography, and pictures of one place have one.
 //! `tests/examples/homography_chance.rs` measures it over more pairs, real ones among them.
-use monorange_tests::chance::{corridor, homography, kinds, seen};
+use monorange_tests::chance::{Found, corridor, homography, kinds, seen};
 
 #[test]
 fn different_corridors_have_no_homography_and_the_next_picture_has() {
@@ -15,9 +15,10 @@ fn different_corridors_have_no_homography_and_the_next_picture_has() {
         });
         let [one, two] = &places;
         for (frame, a) in frames.iter().zip(one) {
-            assert!(homography(a, &seen(&drives[0], *frame + 1, kind)).is_some(), "{name}, {frame}");
+            let next = homography(a, &seen(&drives[0], *frame + 1, kind));
+            assert!(next == Found::Confirmed, "{name}, {frame}");
             pairs += two.len();
-            accepted += two.iter().filter(|b| homography(a, b).is_some()).count();
+            accepted += two.iter().filter(|b| homography(a, b) == Found::Confirmed).count();
         }
     }
     println!("{accepted} of {pairs} pairs of different places");
