@@ -204,6 +204,9 @@ pub fn match_where<D: Descriptor>(
     Ok(report)
 }
 
+/// Descriptors that a processor's nearest memory holds: 64 of 128 bytes are 8 KiB.
+const AT_HAND: usize = 64;
+
 /// Offers all allowed pairs to both sides.
 #[inline(always)]
 fn compare<D: Descriptor>(
@@ -215,14 +218,19 @@ fn compare<D: Descriptor>(
         &impl Fn(usize, usize) -> bool,
     ),
 ) {
-    for (i, (descriptor, nearest)) in first.iter().zip(of_first).enumerate() {
-        for (j, (other, nearest_to_other)) in second.iter().zip(&mut *of_second).enumerate() {
-            if allowed(i, j) {
-                let distance = descriptor.distance(other);
-                nearest.offer(distance, j);
-                nearest_to_other.offer(distance, i);
+    // A few of the second at a time, which stay at hand for all of the first.
+    let mut begin = 0;
+    for (some, of_some) in second.chunks(AT_HAND).zip(of_second.chunks_mut(AT_HAND)) {
+        for (i, (descriptor, nearest)) in first.iter().zip(&mut *of_first).enumerate() {
+            for (j, (other, nearest_to_other)) in (begin..).zip(some.iter().zip(&mut *of_some)) {
+                if allowed(i, j) {
+                    let distance = descriptor.distance(other);
+                    nearest.offer(distance, j);
+                    nearest_to_other.offer(distance, i);
+                }
             }
         }
+        begin += AT_HAND;
     }
 }
 

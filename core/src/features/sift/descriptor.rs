@@ -20,6 +20,7 @@ use super::SiftDescriptor;
 use super::gradient::{Gradients, MAX_RUN, Window};
 use super::polar::floor_small;
 use super::scale_space::Planes;
+use crate::vectors::widest;
 
 /// Cells a side.
 const CELLS: usize = 4;
@@ -89,7 +90,29 @@ fn histogram(planes: &Planes, level: usize, [x, y]: [f32; 2], cell: f32, turn: f
         gradients.take(planes, level, row, first, count);
         let start = first as f32 - x;
         let weights = &across[first - columns.first..][..count];
-        for n in 0..count {
+        let turned = Turned { along: [c, s], start: [start, dy], turn };
+        widest!((&turned, &gradients, (weights, row_weight), &mut run), Turned::place);
+        spread(&run, count, &mut bins);
+    }
+    bins
+}
+
+/// A row of the picture in the square's frame.
+struct Turned {
+    /// Cosine and sine of its direction, by cells a pixel.
+    along: [f32; 2],
+    /// Its first sample from the keypoint, px.
+    start: [f32; 2],
+    /// The keypoint's direction, turns.
+    turn: f32,
+}
+
+impl Turned {
+    /// Where its samples fall, as many as there are weights.
+    #[inline(always)]
+    fn place((row, gradients, (weights, row_weight), run): (&Self, &Gradients, (&[f32], f32), &mut Run)) {
+        let Self { along: [c, s], start: [start, dy], turn } = *row;
+        for (n, weight) in weights.iter().enumerate().take(MAX_RUN) {
             let dx = start + n as f32;
             let column = c * dx + s * dy + 2.5;
             let row = c * dy - s * dx + 2.5;
@@ -102,11 +125,9 @@ fn histogram(planes: &Planes, level: usize, [x, y]: [f32; 2], cell: f32, turn: f
             run.row_parts[n] = row_part;
             run.column_parts[n] = column_part;
             run.direction_parts[n] = direction_part;
-            run.amounts[n] = gradients.lengths[n] * (weights[n] * row_weight);
+            run.amounts[n] = gradients.lengths[n] * (weight * row_weight);
         }
-        spread(&run, count, &mut bins);
     }
-    bins
 }
 
 /// The interval of dx in which |slope · dx + offset| is below the reach.

@@ -6,6 +6,7 @@
 
 use super::polar::{exp_of_minus, turn_and_magnitude};
 use super::scale_space::Planes;
+use crate::vectors::widest;
 
 /// Columns in the widest window: a descriptor of the largest scale, 1.6 · 2^(3.5/3) · 3 · 2.5 · √2 to each side.
 pub(super) const MAX_RUN: usize = 84;
@@ -27,12 +28,24 @@ impl Gradients {
         let below = &planes.row(level, y + 1)[first..][..count];
         let left = &planes.row(level, y)[first - 1..][..count];
         let right = &planes.row(level, y)[first + 1..][..count];
-        let (turns, lengths) = (&mut self.turns[..count], &mut self.lengths[..count]);
-        for x in 0..count {
-            let across = f32::from(right[x].wrapping_sub(left[x]));
-            let down = f32::from(below[x].wrapping_sub(above[x]));
-            (turns[x], lengths[x]) = turn_and_magnitude(across, down);
-        }
+        let polar = (&mut self.turns[..count], &mut self.lengths[..count]);
+        widest!(([left, right], [above, below], polar), differences);
+    }
+}
+
+/// Directions and lengths of right − left, below − above.
+#[inline(always)]
+fn differences(
+    ([left, right], [above, below], (turns, lengths)): ([&[i16]; 2], [&[i16]; 2], (&mut [f32], &mut [f32])),
+) {
+    let count = turns.len();
+    let ([left, right], [above, below]) =
+        ([left, right].map(|row| &row[..count]), [above, below].map(|row| &row[..count]));
+    let lengths = &mut lengths[..count];
+    for x in 0..count {
+        let across = f32::from(right[x].wrapping_sub(left[x]));
+        let down = f32::from(below[x].wrapping_sub(above[x]));
+        (turns[x], lengths[x]) = turn_and_magnitude(across, down);
     }
 }
 
