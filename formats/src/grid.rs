@@ -41,8 +41,14 @@ pub struct Scans(Vec<(Pose<f32>, Vec<Reading>)>);
 impl Scans {
     /// Takes the scan at a pose, `world_from_robot`, of a lens that sits at this lever arm of the robot, m.
     pub fn add(&mut self, pose: Pose<f32>, lever_arm: Vector2<f32>, readings: &[Reading]) {
-        let pose = pose.compose(&Pose::new(lever_arm.x, lever_arm.y, 0.0));
-        self.0.push((pose, readings.to_vec()));
+        self.0.push((under_the_lens(&pose, lever_arm), readings.to_vec()));
+    }
+
+    /// Puts the robot of the last of them to these poses.
+    pub fn put_last(&mut self, poses: &[Pose<f32>], lever_arm: Vector2<f32>) {
+        for ((place, _), pose) in self.0.iter_mut().rev().zip(poses.iter().rev()) {
+            *place = under_the_lens(pose, lever_arm);
+        }
     }
 
     /// Puts them into another world, in which theirs is `moved`.
@@ -77,6 +83,10 @@ impl Scans {
         }
         grid
     }
+}
+
+fn under_the_lens(robot: &Pose<f32>, lever_arm: Vector2<f32>) -> Pose<f32> {
+    robot.compose(&Pose::new(lever_arm.x, lever_arm.y, 0.0))
 }
 
 /// What is free, occupied and unknown, from above: x to the right, y up.

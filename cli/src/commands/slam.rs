@@ -1,5 +1,7 @@
 //! `slam`: a sequence of pictures → trajectory, map, and a report about both.
+mod carried;
 mod inputs;
+mod placed;
 mod saved;
 mod scanned;
 mod several;
@@ -17,7 +19,7 @@ use inputs::wrong;
 use monorange_core::{
     geometry::Pose,
     lines::Extraction,
-    pipeline::{Carrier, Memory, MovedBy, OnHeap, Pipeline, Report},
+    pipeline::{Carrier, Memory, MovedBy, OnHeap, Pipeline, Recovery, Report},
     slam::Verdict,
 };
 use monorange_formats::{
@@ -156,6 +158,10 @@ struct Drive<'a> {
     /// Whether the camera shows anything new.
     frozen: FrozenCamera,
     run: Run,
+    /// Of each of the run's poses.
+    frames: Vec<usize>,
+    /// Whether the robot is where its map has it.
+    recovery: Recovery,
     /// The best frame of every part of the drive, with its number of corners.
     shots: Vec<Option<(usize, Shot)>>,
     /// The run as a recording, where one is wanted.
@@ -195,7 +201,22 @@ impl<'a> Drive<'a> {
             (false, None) => None,
         };
         let saved = map.map(|file| Saved::new(file, arguments.localise_only, &mut pipeline)).transpose()?;
-        Ok(Self { sequence, rig, pipeline, start, reached: start, frozen, run, shots, mcap, scanned, saved })
+        let (frames, recovery, reached) = (Vec::new(), Recovery::new(&config, room), start);
+        Ok(Self {
+            sequence,
+            rig,
+            pipeline,
+            start,
+            reached,
+            frozen,
+            run,
+            frames,
+            recovery,
+            shots,
+            mcap,
+            scanned,
+            saved,
+        })
     }
 
     fn all_frames(&mut self, bar: &ProgressBar) -> Result<()> {
@@ -230,6 +251,7 @@ impl<'a> Drive<'a> {
             self.reached += control.duration;
             let (until, reading) = (self.reached - self.start, control.reading());
             self.pipeline.odometry(until, &reading).map_err(Error::new)?;
+            self.recovery.odometry(until, &reading).map_err(Error::new)?;
             way += control.way();
         }
         self.reached = time;
@@ -252,16 +274,38 @@ impl<'a> Drive<'a> {
             report.pose = self.pipeline.filter().pose();
             self.scanned.iter_mut().for_each(|scanned| scanned.put(&moved));
         }
+        self.recover(&mut report, picture)?;
         if let Some(scanned) = &mut self.scanned {
             scanned.look(time, picture.grey()?, self.sequence.odometry.as_ref(), &report)?;
         }
         self.shoot(frame, time, &report, picture)
     }
 
+    /// Looks whether the robot was carried away, and puts it to where it is found.
+    fn recover(&mut self, report: &mut Report, picture: &Picture) -> Result<()> {
+        if !self.saved.as_ref().is_none_or(Saved::is_found) {
+            return Ok(());
+        }
+        let fixed = self.saved.as_ref().is_some_and(Saved::is_fixed);
+        let found = self.recovery.look(&mut self.pipeline, report, picture.grey()?, fixed);
+        let Some(found) = found.map_err(Error::new)? else { return Ok(()) };
+        let poses = carried::put_back(&found, &self.pipeline, &self.frames, &mut self.run);
+        if let Some(last) = found.reports.last() {
+            let filter = self.pipeline.filter();
+            let (pose, pose_covariance) = (filter.pose(), filter.pose_covariance());
+            *report = Report { pose, pose_covariance, ..last.clone() };
+        }
+        if let Some((_, before)) = poses.split_last() {
+            self.scanned.iter_mut().for_each(|scanned| scanned.put_last(before));
+        }
+        Ok(())
+    }
+
     fn note(&mut self, frame: usize, time: f64, report: &Report) {
         let Pose { x, y, heading } = report.pose;
         let pose = Pose { x: x.into(), y: y.into(), heading: heading.into() };
         self.run.frames_used += 1;
+        self.frames.push(frame);
         self.run.trajectory.push(Stamped { time, pose, covariance: Some(report.pose_covariance.cast()) });
         self.run.without_range += report.without_range;
         self.run.no_room += report.map.no_room;

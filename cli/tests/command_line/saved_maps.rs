@@ -120,3 +120,40 @@ fn what_is_no_map_is_refused_by_name() {
     assert!(into_itself.stderr.contains("written over"), "{into_itself:?}");
     assert_eq!(fs::read(folder.path("first/map.bin")).unwrap(), sound);
 }
+
+#[test]
+fn a_robot_that_is_carried_away_is_found_again() {
+    let folder = Folder::new();
+    folder.run("simulate --scene corridor --frames 130 --walkers 0 --seed 5 --out sim").success();
+    folder.run(&format!("slam {RIG} --frames sim/frames --out first")).success();
+    // Once more there; from the 65th picture to the 90th somebody carries it, and its wheels stand.
+    let times: Vec<_> = folder.read("sim/times.txt").lines().map(str::to_owned).collect();
+    let frames = || (20..65).chain(90..130);
+    folder
+        .write("again/times.txt", frames().map(|frame| times[frame].as_str()).collect::<Vec<_>>().join("\n"));
+    fs::create_dir_all(folder.path("again/frames")).unwrap();
+    for frame in frames() {
+        let name = format!("frames/{frame:06}.png");
+        fs::copy(folder.path(&format!("sim/{name}")), folder.path(&format!("again/{name}"))).unwrap();
+    }
+    let time = |text: &str| text.parse::<f64>().unwrap();
+    let standing = time(&times[64])..time(&times[90]);
+    let odometry = folder.read("sim/odometry.csv");
+    let rows = odometry.lines().map(|row| match row.split(',').next() {
+        Some(t) if t != "t" && standing.contains(&time(t)) => format!("{t},0,0"),
+        _ => row.to_owned(),
+    });
+    folder.write("again/odometry.csv", rows.collect::<Vec<_>>().join("\n"));
+
+    let rig = "--rig sim/rig.toml --odometry again/odometry.csv --truth sim/truth.tum";
+    let outcome = folder.run(&format!("slam {rig} {AGAIN} --scan --out second"));
+    assert!(outcome.stderr.contains("the robot is missed where its map has it at "), "{outcome:?}");
+    let said = outcome.success();
+    let report = report(&folder, "second");
+    assert!(report["errors"]["absolute"]["end_position"].as_f64().unwrap() < 0.3, "{said}\n{report:#}");
+    // All but the pictures before it was missed.
+    assert!(report["errors"]["nees"]["inside_3_sigma"].as_f64().unwrap() > 0.9, "{said}");
+    let seen: Vec<f64> =
+        column(&folder.read("second/observations.csv"), "t").iter().map(|t| time(t)).collect();
+    assert!(seen.is_sorted() && seen.last().is_some_and(|last| *last > time(&times[120])));
+}

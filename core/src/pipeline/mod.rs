@@ -24,6 +24,8 @@ mod pixel_association;
 #[cfg(all(feature = "alloc", feature = "proposals"))]
 mod proposed;
 #[cfg(feature = "alloc")]
+mod recovery;
+#[cfg(feature = "alloc")]
 mod relocation;
 mod report;
 mod settings;
@@ -37,6 +39,8 @@ pub use crate::association::Carrier;
 pub use config::{Config, CornersFrom, Model, MotionFrom, MountError};
 pub use coverage::Coverage;
 pub use motion_noise::{MotionNoise, Odometry};
+#[cfg(feature = "alloc")]
+pub use recovery::{Recovered, Recovery};
 #[cfg(feature = "alloc")]
 pub use relocation::Located;
 pub use report::{CornerReport, MovedBy, Report, Stage};

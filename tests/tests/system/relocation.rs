@@ -2,7 +2,7 @@
 use monorange_core::geometry::Pose;
 use monorange_core::image::Grey;
 use monorange_core::pipeline::{
-    Config, CornersFrom, Located, Memory, Odometry, OnHeap, Pipeline, Report, saved_map,
+    Config, CornersFrom, Located, Memory, Odometry, OnHeap, Pipeline, Recovery, Report, saved_map,
 };
 use monorange_core::slam::SavedMap;
 use monorange_sim::{Scene, SceneConfig, SimConfig, Simulation, default_rig};
@@ -110,4 +110,72 @@ fn a_robot_is_found_in_a_saved_map_where_it_is_and_nowhere_else() {
 
     let other = self::simulation(32, 300);
     assert_eq!(search(&other, &map, 0..300), None, "another corridor");
+}
+
+/// Drives on from where both are, along frames of which those in `carried` are skipped: the robot does not know of them. Ends where the robot is
+/// found somewhere else than it believes, with the distance that it has driven since it was put down.
+fn drive_on(
+    simulation: &Simulation,
+    pipeline: &mut Pipeline<OnHeap>,
+    recovery: &mut Recovery,
+    frames: Range<usize>,
+    carried: Range<usize>,
+) -> Option<usize> {
+    let camera = *pipeline.config().finder.camera();
+    let mut picture = vec![0; camera.width() * camera.height()];
+    let mut time = pipeline.filter().time();
+    for frame in frames.filter(|frame| !carried.contains(frame)) {
+        let (twist, seconds) =
+            (simulation.odometry(frame - 1), simulation.time(frame) - simulation.time(frame - 1));
+        if frame != carried.end {
+            let reading = Odometry::Velocity {
+                v: twist.speed as f32,
+                omega: twist.turn as f32,
+                seconds: seconds as f32,
+            };
+            pipeline.odometry(time + seconds, &reading).unwrap();
+            recovery.odometry(time + seconds, &reading).unwrap();
+        }
+        time += seconds;
+        simulation.render(frame, &mut picture).unwrap();
+        let grey = Grey::new(&picture, camera.width(), camera.height()).unwrap();
+        let report = pipeline.step(time, grey).unwrap();
+        if recovery.look(pipeline, &report, grey, false).unwrap().is_some() {
+            return Some(frame);
+        }
+    }
+    None
+}
+
+#[test]
+#[ignore = "golden run: cargo xtask test"]
+fn a_robot_that_is_carried_away_is_found_again_and_one_that_is_not_stays() {
+    // Not the corridor that the bounds were chosen on, 33.
+    let seed = std::env::var("MONORANGE_SEED").ok().and_then(|text| text.parse().ok()).unwrap_or(35);
+    let simulation = simulation(seed, 2 * LAP);
+    let mut pipeline = pipeline(&simulation);
+    let mut recovery = Recovery::new(pipeline.config(), 512);
+    let map_from_truth = simulation.true_pose(0).inverse();
+    let (mut frame, mut found, mut table) = (1, 0, String::new());
+    for from in (0..10).map(|start| LAP + 45 * start) {
+        let moved = drive_on(&simulation, &mut pipeline, &mut recovery, frame..from, 0..0);
+        assert_eq!(moved, None, "a robot that nobody carried, before {from}");
+        frame = from;
+        // 3 m on along the way, and turned as the way is.
+        let (mut carried, mut watched, put_down) = (pipeline.clone(), recovery.clone(), from + 25);
+        let after = drive_on(&simulation, &mut carried, &mut watched, from..put_down + 60, from..put_down);
+        let pose = carried.filter().pose();
+        let truth = map_from_truth.compose(&simulation.true_pose(after.unwrap_or(put_down + 59)));
+        let off = (truth.x - f64::from(pose.x)).hypot(truth.y - f64::from(pose.y));
+        let when = match after {
+            Some(frame) => format!("found after {:2} frames", frame - put_down),
+            None if watched.is_looking() => "looked for".to_owned(),
+            None => "not missed".to_owned(),
+        };
+        writeln!(table, "{from:4}  {when}, {off:.2} m off").unwrap();
+        assert!(after.is_none() || off < 0.5, "a wrong place\n{table}");
+        found += usize::from(after.is_some());
+    }
+    println!("{table}{found} of 10");
+    assert!(found >= 6, "{table}");
 }

@@ -1,4 +1,5 @@
 //! `slam --map`: the run's place in the map of an earlier one.
+use super::placed::{double, of_the_frame, put};
 use crate::outputs::Outputs;
 use monorange_core::{
     geometry::Pose,
@@ -7,10 +8,9 @@ use monorange_core::{
 };
 use monorange_formats::{
     Error, Result,
-    files::{MapFile, Stamped},
+    files::MapFile,
     report::{InMap, Run},
 };
-use nalgebra::{Matrix2, Matrix3, Vector2};
 
 /// What it writes beside a run's own files.
 pub(super) const OUTPUT: &str = "map.bin";
@@ -68,6 +68,11 @@ impl<'a> Saved<'a> {
         Ok(Some(map_from_own))
     }
 
+    /// Whether the map stays as it is.
+    pub(super) fn is_fixed(&self) -> bool {
+        self.fixed
+    }
+
     /// Whether the place is known.
     pub(super) fn is_found(&self) -> bool {
         self.found.is_some()
@@ -104,46 +109,4 @@ pub(super) fn write(
 ) -> Result<()> {
     let file = MapFile::of(pipeline, start, map_from_truth)?;
     outputs.write(OUTPUT, |out| file.write(out))
-}
-
-fn double(pose: Pose<f32>) -> Pose<f64> {
-    Pose { x: pose.x.into(), y: pose.y.into(), heading: pose.heading.into() }
-}
-
-/// ∂(R(θ) p)/∂θ.
-fn lever(turn: &Pose<f64>, point: Vector2<f64>) -> Vector2<f64> {
-    let turned = turn.rotation() * point;
-    Vector2::new(-turned.y, turned.x)
-}
-
-/// A pose's derivatives: a rotation of its place, what the place gains by a turn, and the turn's own.
-fn derivative(rotation: Matrix2<f64>, by_turn: Vector2<f64>, turn: f64) -> Matrix3<f64> {
-    let mut all = Matrix3::zeros();
-    all.fixed_view_mut::<2, 2>(0, 0).copy_from(&rotation);
-    all.fixed_view_mut::<2, 1>(0, 2).copy_from(&by_turn);
-    all.m33 = turn;
-    all
-}
-
-/// Covariance of the run's own frame in the map: the pose is known in both, T = X_map X_own⁻¹. Their errors count as independent.
-fn of_the_frame(
-    moved: &Pose<f64>,
-    (pose, covariance): &(Pose<f64>, Matrix3<f64>),
-    own: &Matrix3<f64>,
-) -> Matrix3<f64> {
-    let before = moved.inverse().compose(pose);
-    let across = lever(moved, before.position());
-    let by_map = derivative(Matrix2::identity(), -across, 1.0);
-    let by_own = derivative(-moved.rotation(), across, -1.0);
-    by_map * covariance * by_map.transpose() + by_own * own * by_own.transpose()
-}
-
-/// Puts a pose of the run's own frame into the map.
-fn put(stamped: &mut Stamped, moved: &Pose<f64>, uncertain: &Matrix3<f64>) {
-    let by_frame = derivative(Matrix2::identity(), lever(moved, stamped.pose.position()), 1.0);
-    let by_pose = derivative(moved.rotation(), Vector2::zeros(), 1.0);
-    stamped.covariance = stamped
-        .covariance
-        .map(|own| by_frame * uncertain * by_frame.transpose() + by_pose * own * by_pose.transpose());
-    stamped.pose = moved.compose(&stamped.pose);
 }

@@ -63,6 +63,14 @@ impl Scanned {
         self.before = self.before.map(|(time, pose)| (time, moved.compose(&pose)));
     }
 
+    /// Puts the robot to other places in the pictures before this one.
+    pub(super) fn put_last(&mut self, poses: &[Pose<f32>]) {
+        self.scans.put_last(poses, self.lever_arm);
+        if let (Some((_, before)), Some(pose)) = (&mut self.before, poses.last()) {
+            *before = *pose;
+        }
+    }
+
     /// The last picture's.
     pub(super) fn last(&self) -> &[Reading] {
         self.scans.last()

@@ -28,20 +28,16 @@ impl Gradients {
         let below = &planes.row(level, y + 1)[first..][..count];
         let left = &planes.row(level, y)[first - 1..][..count];
         let right = &planes.row(level, y)[first + 1..][..count];
-        let polar = (&mut self.turns[..count], &mut self.lengths[..count]);
-        widest!(([left, right], [above, below], polar), differences);
+        let polar = [&mut self.turns[..count], &mut self.lengths[..count]];
+        widest!(([left, right, above, below], polar), differences);
     }
 }
 
-/// Directions and lengths of right − left, below − above.
+/// Directions and lengths of (right − left, below − above).
 #[inline(always)]
-fn differences(
-    ([left, right], [above, below], (turns, lengths)): ([&[i16]; 2], [&[i16]; 2], (&mut [f32], &mut [f32])),
-) {
+fn differences((rows, [turns, lengths]): ([&[i16]; 4], [&mut [f32]; 2])) {
     let count = turns.len();
-    let ([left, right], [above, below]) =
-        ([left, right].map(|row| &row[..count]), [above, below].map(|row| &row[..count]));
-    let lengths = &mut lengths[..count];
+    let ([left, right, above, below], lengths) = (rows.map(|row| &row[..count]), &mut lengths[..count]);
     for x in 0..count {
         let across = f32::from(right[x].wrapping_sub(left[x]));
         let down = f32::from(below[x].wrapping_sub(above[x]));

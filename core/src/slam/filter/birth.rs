@@ -11,6 +11,7 @@ use crate::geometry::range_bearing_by_floor;
 use crate::slam::covariance::factored;
 use crate::slam::covariance::packed;
 use crate::slam::covariance::{Row, Rows};
+use crate::slam::filter::update::product;
 use crate::slam::filter::{Covariance, Filter, Variant};
 use crate::slam::landmark::{Form, Landmark, Status};
 use crate::slam::models::Measurement;
@@ -193,8 +194,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             Covariance::Packed => {
                 let (first, second) = (&mut first[..size], &mut rest[..size]);
                 packed::times(parts.p.view(), rows, [first, second]);
-                let (left, right) =
-                    (crate::slam::filter::update::product(rows, first), super::update::product(rows, second));
+                let (left, right) = (product(rows, first), product(rows, second));
                 let coupling = (left.y + right.x) * T::lit(0.5);
                 let own = Matrix2::new(left.x, coupling, coupling, right.y) + noise;
                 packed::append(&mut parts.p, [first, second], &own);

@@ -1,6 +1,7 @@
 //! The filter's state in its storage; predict, update, births and what can be read are files of their own.
 pub(in crate::slam) mod birth;
 mod config;
+mod elementwise;
 mod knock;
 mod outcome;
 mod predict;
@@ -320,24 +321,11 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     }
 }
 
-/// x += steps, keeping what rounding takes.
-#[inline(always)]
-pub(in crate::slam) fn add_steps<T: Real>((x, rounding, steps): (&mut [T], &mut [T], &[T])) {
-    for ((value, rounding), step) in x.iter_mut().zip(rounding).zip(steps) {
-        // Fast-two-sum needs no ordering this way round (Knuth's two-sum).
-        let (old, step) = (*value, *rounding + *step);
-        let new = old + step;
-        let virtual_step = new - old;
-        *rounding = (old - (new - virtual_step)) + (step - virtual_step);
-        *value = new;
-    }
-}
-
 impl<T: Real> Parts<'_, T> {
     /// x[index] += step, keeping what rounding takes.
     #[allow(clippy::indexing_slicing, reason = "index < size")]
     pub(in crate::slam) fn add(&mut self, index: usize, step: T) {
-        add_steps((&mut self.x[index..=index], &mut self.rounding[index..=index], &[step]));
+        elementwise::add_steps((&mut self.x[index..=index], &mut self.rounding[index..=index], &[step]));
     }
 
     #[allow(clippy::indexing_slicing, reason = "a filter has a robot")]

@@ -11,7 +11,8 @@
 //! Without it height and scale drift together by two of their deviations on a loop of 66 m: each correction is taken along
 //! a direction that an earlier estimate had for the scale's.
 #![allow(clippy::indexing_slicing, reason = "kernel: vectors have the filter's size")]
-use super::update::{Vectors, subtract};
+use super::elementwise::subtract;
+use super::update::Vectors;
 use super::{Filter, ROBOT};
 use crate::Real;
 use crate::slam::covariance::triangle::Triangle;

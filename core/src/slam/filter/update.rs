@@ -21,8 +21,9 @@ use crate::slam::covariance::factored;
 use crate::slam::covariance::packed;
 use crate::slam::covariance::triangle::{Triangle, TriangleRef};
 use crate::slam::covariance::{Row, Rows};
+use crate::slam::filter::elementwise::{add_steps, subtract, turn_steps, whiten};
 use crate::slam::filter::outcome::{Decision, Observation, Outcome};
-use crate::slam::filter::{BATCH, Covariance, Filter, Parts, ROBOT, Variant, add_steps};
+use crate::slam::filter::{BATCH, Covariance, Filter, Parts, ROBOT, Variant};
 use crate::slam::landmark::Landmark;
 use crate::slam::models::Linearised;
 use crate::slam::models::arc_rotation;
@@ -399,7 +400,7 @@ impl<'a, T: Real> Vectors<'a, T> {
     }
 
     /// b = c + ½ P_θθ a, with c = P e_θ after the downdates that wait.
-    fn turn_column(&mut self, p: &crate::slam::covariance::triangle::Triangle<'_, T>, waiting: usize) {
+    fn turn_column(&mut self, p: &Triangle<'_, T>, waiting: usize) {
         self.column[0] = p.at(0, 2);
         self.column[1] = p.at(1, 2);
         self.column[2..].copy_from_slice(p.view().row(2));
@@ -466,38 +467,6 @@ pub(in crate::slam) fn product<T: Real>(rows: &[Row<T>], vector: &[T]) -> Vector
     }
     sum
 }
-
-/// from ← from − factor · vector.
-#[inline(always)]
-pub(super) fn subtract<T: Real>((from, factor, vector): (&mut [T], T, &[T])) {
-    for (value, step) in from.iter_mut().zip(vector) {
-        *value -= factor * *step;
-    }
-}
-
-/// δ_q ← q⁺ − q = V δ_q and a_q = J (q⁺ − q), of positions side by side.
-#[inline(always)]
-fn turn_steps<T: Real>((rotation, delta, lever): (Matrix2<T>, &mut [T], &mut [T])) {
-    let ((steps, _), (levers, _)) = (delta.as_chunks_mut::<2>(), lever.as_chunks_mut::<2>());
-    for (step, lever) in steps.iter_mut().zip(levers) {
-        let [x, y] = *step;
-        *step = [rotation.m11 * x + rotation.m12 * y, rotation.m21 * x + rotation.m22 * y];
-        *lever = [-step[1], step[0]];
-    }
-}
-
-/// (u, v) ← (u, v) L⁻ᵀ, δ ← δ + u w₁ + v w₂.
-#[inline(always)]
-fn whiten<T: Real>((root, [first, second], innovation, delta): Whitening<'_, T>) {
-    let inverse = [T::one() / root[0], T::one() / root[2]];
-    for ((u, v), delta) in first.iter_mut().zip(second).zip(delta) {
-        *u *= inverse[0];
-        *v = (*v - root[1] * *u) * inverse[1];
-        *delta += innovation.x * *u + innovation.y * *v;
-    }
-}
-
-type Whitening<'a, T> = (&'a [T; 3], [&'a mut [T]; 2], &'a Vector2<T>, &'a mut [T]);
 
 #[cfg(test)]
 #[path = "update_tests.rs"]

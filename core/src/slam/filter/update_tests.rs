@@ -4,27 +4,6 @@ use crate::slam::filter::{FilterConfig, states_for, storage_len};
 use crate::slam::models::Measurement;
 use nalgebra::{Matrix2x3, Matrix3, Vector3};
 
-#[test]
-fn the_processors_own_vectors_give_the_same_bits() {
-    for size in 0..40 {
-        let numbers = |seed: f32| (0..size).map(move |at| (seed + 1.7 * at as f32).sin());
-        let vectors = || [0.3, 1.1, 2.9].map(|seed| numbers(seed).collect::<std::vec::Vec<f32>>());
-        let (mut one, mut other) = (vectors(), vectors());
-        let ([a, b, c], [u, v, w]) = (&mut one, &mut other);
-        let (root, innovation) = ([0.7, -0.2, 1.3], Vector2::new(0.4, -0.9));
-        widest!((&root, [&mut **a, &mut **b], &innovation, &mut **c), whiten);
-        whiten((&root, [u, v], &innovation, w));
-        widest!((&mut **a, 0.3, &**b), subtract);
-        subtract((u, 0.3, v));
-        widest!((&mut **a, &mut **b, &**c), add_steps);
-        add_steps((u, v, w));
-        let bits = |vectors: [std::vec::Vec<f32>; 3]| {
-            vectors.map(|v| v.into_iter().map(f32::to_bits).collect::<std::vec::Vec<_>>())
-        };
-        assert_eq!(bits(one), bits(other), "size {size}");
-    }
-}
-
 type Small = Filter<f64, [f64; storage_len(states_for(2, false))], [Landmark<f64>; 2]>;
 
 /// A filter whose robot is uncertain, with a landmark 7.
