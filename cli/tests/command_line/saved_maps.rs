@@ -148,6 +148,7 @@ fn a_robot_that_is_carried_away_is_found_again() {
     let rig = "--rig sim/rig.toml --odometry again/odometry.csv --truth sim/truth.tum";
     let outcome = folder.run(&format!("slam {rig} {AGAIN} --scan --out second"));
     assert!(outcome.stderr.contains("the robot is missed where its map has it at "), "{outcome:?}");
+    assert!(folder.read("second/report.html").contains("Warning: the robot is missed"));
     let said = outcome.success();
     let report = report(&folder, "second");
     assert!(report["errors"]["absolute"]["end_position"].as_f64().unwrap() < 0.3, "{said}\n{report:#}");

@@ -106,7 +106,8 @@ fn headline(run: &Run) -> String {
 }
 
 fn remarks(run: &Run) -> Vec<String> {
-    let mut remarks = Vec::new();
+    let mut remarks: Vec<_> =
+        run.warnings.iter().map(|warning| format!("Warning: {}.", escape(warning))).collect();
     if let Some(unmeasured) = run.unmeasured {
         remarks.push(match unmeasured {
             0 => "There was no odometry: the motion came from the pictures.".to_owned(),
