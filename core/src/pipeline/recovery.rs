@@ -10,17 +10,17 @@
 //! dᵀ (P₁ + P₂)⁻¹ d > χ²(3)        d: from the one's pose to the other's
 //! ```
 //!
-//! *Limits.* A second pipeline takes as long as the first. A robot that is put down where the map has nothing goes on beside it.
+//! *Limits.* A second pipeline takes as long as the first. A covariance that is kept in factors has no second. A robot that is put down where the map has nothing goes on beside it.
 use super::relocation::Located;
 use super::{Config, Memory, Odometry, OnHeap, Pipeline, Report, saved_map, state_len};
 use crate::Result;
 use crate::geometry::Pose;
 use crate::image::Grey;
-use crate::slam::{Filter, Landmark, Status};
+use crate::slam::{Covariance, Filter, Landmark, Status};
 use alloc::boxed::Box;
 use alloc::collections::VecDeque;
 use alloc::vec::Vec;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Vector2, Vector3};
 
 /// Pictures that are judged together.
 const WINDOW: usize = 10;
@@ -118,6 +118,10 @@ impl Recovery {
         picture: Grey<'_>,
         fixed: bool,
     ) -> Result<Option<Recovered>> {
+        // A state that is kept in factors cannot be begun in.
+        if self.config.filter.covariance != Covariance::Packed {
+            return Ok(None);
+        }
         self.note(pipeline, report);
         let Some(mut second) = self.second.take() else {
             match self.share_met() {
@@ -220,7 +224,7 @@ where
     L: AsRef<[Landmark<f32>]> + AsMut<[Landmark<f32>]>,
 {
     let Pose { x, y, heading } = one.pose().inverse().compose(&other.pose());
-    let difference = one.pose().rotation() * nalgebra::Vector2::new(x, y);
+    let difference = one.pose().rotation() * Vector2::new(x, y);
     let difference = Vector3::new(difference.x, difference.y, heading);
     let both = one.pose_covariance() + other.pose_covariance();
     both.cholesky().is_none_or(|root| difference.dot(&root.solve(&difference)) > ELSEWHERE)

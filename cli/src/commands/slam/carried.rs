@@ -2,7 +2,7 @@
 use super::placed::{double, of_the_frame, put};
 use monorange_core::{
     geometry::Pose,
-    pipeline::{OnHeap, Pipeline, Recovered},
+    pipeline::{OnHeap, Pipeline, Recovered, Report},
 };
 use monorange_formats::{
     Error,
@@ -47,6 +47,6 @@ pub(super) fn put_back(
         .help("the poses of the second before it was missed are not to be relied on")
         .warn();
     }
-    let place = |report: &monorange_core::pipeline::Report| found.located.map_from_own.compose(&report.pose);
+    let place = |report: &Report| found.located.map_from_own.compose(&report.pose);
     found.reports.iter().map(place).collect()
 }
