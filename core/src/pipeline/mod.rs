@@ -23,7 +23,7 @@ mod pictures;
 mod pixel_association;
 #[cfg(all(feature = "alloc", feature = "proposals"))]
 mod proposed;
-#[cfg(feature = "alloc")]
+#[cfg(all(feature = "alloc", feature = "proposals"))]
 mod recovery;
 #[cfg(feature = "alloc")]
 mod relocation;
@@ -39,7 +39,7 @@ pub use crate::association::Carrier;
 pub use config::{Config, CornersFrom, Model, MotionFrom, MountError};
 pub use coverage::Coverage;
 pub use motion_noise::{MotionNoise, Odometry};
-#[cfg(feature = "alloc")]
+#[cfg(all(feature = "alloc", feature = "proposals"))]
 pub use recovery::{Recovered, Recovery};
 #[cfg(feature = "alloc")]
 pub use relocation::Located;
