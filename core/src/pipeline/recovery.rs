@@ -10,7 +10,8 @@
 //! dᵀ (P₁ + P₂)⁻¹ d > χ²(3)        d: from the one's pose to the other's
 //! ```
 //!
-//! *Limits.* On hosts alone, with what finds corners there: it would take 7 kB of the page's first load. A second pipeline takes as long as the first. A covariance that is kept in factors has no second. A robot that is put down where the map has nothing goes on beside it.
+//! *Limits.* On hosts alone, with what finds corners there: it would take 7 kB of the page's first load. A second pipeline takes as long as
+//! the first. A covariance that is kept in factors has no second. A robot that is put down where the map has nothing goes on beside it.
 use super::relocation::Located;
 use super::{Config, Memory, Odometry, OnHeap, Pipeline, Report, saved_map, state_len};
 use crate::Result;

@@ -26,9 +26,13 @@ pub fn seconds_of_clock(path: &Path, times: impl IntoIterator<Item = f64>) -> f6
 ///
 /// # Errors
 /// When half of the steps are longer than half an hour: nothing that drives is asked so rarely, but milliseconds or
-/// nanoseconds that are taken for seconds are.
+/// nanoseconds that are taken for seconds are. When one is longer than thirty years.
 pub fn check_steps(path: &Path, times: &[f64]) -> Result<()> {
     let steps = times.windows(2).filter_map(|pair| <[f64; 2]>::try_from(pair).ok()).map(|[a, b]| b - a);
+    if let Some(long) = steps.clone().find(|step| *step > 1e9) {
+        let cause = format!("its times go on by {} s from one line to the next", rounded(long));
+        return Err(Error::new(cause).at(path).help("times are seconds: correct that line"));
+    }
     let Some(step) = median(steps).filter(|_| times.len() > 2) else { return Ok(()) };
     let unit = match step {
         step if step > 1e6 => "nanoseconds or microseconds",
@@ -61,6 +65,13 @@ fn rounded(step: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn no_drive_takes_thirty_years() {
+        let refused = check_steps(Path::new("t"), &[0.0, 0.5, 1.0, 1e308]).expect_err("1e308 s").to_string();
+        assert!(refused.contains("go on by 1.0e308 s") && refused.contains("correct that line"), "{refused}");
+        assert!(check_steps(Path::new("t"), &[0.0, 6e8]).is_ok());
+    }
 
     #[test]
     fn only_dates_are_converted() {

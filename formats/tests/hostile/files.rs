@@ -178,6 +178,8 @@ fn odometry() {
         "t;dx;dy;dtheta\r\n0;0;0;0\r\n0.5;1;0;6.1\r\n1;1;0;0.2\r\n",
         // A metre in no time: one time with the line before.
         "t,dx,dy,dtheta\n0,0,0,0\n1e-308,1,0,0.2\n1,1,0,0\n",
+        // A way longer than any number.
+        "t,v,omega\n0,1,0\n0.5,1,0.1\n1,1,0\n1e308,1,0\n",
     ];
     survive("o.csv", &texts(&sound), |path| {
         if let Ok(odometry) = Odometry::read(path) {
