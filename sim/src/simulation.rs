@@ -6,7 +6,7 @@ use crate::render::{Lens, Looks, Sensor, View, render};
 use crate::scene::{Landmark, Scene, Use};
 use crate::truth::{TrueCorner, corners};
 use crate::walker::{Walker, walk};
-use monorange_core::geometry::{Pose, RangeFinder};
+use monorange_core::geometry::{Mount, Pose, RangeFinder};
 use monorange_core::{Error, Result};
 
 /// How the robot drives and how well its sensors see.
@@ -32,6 +32,10 @@ pub struct SimConfig {
     pub gain: f64,
     /// Share of the light lost at the picture's corners.
     pub vignette: f64,
+    /// How far the robot pitches about its lens to either side, rad, and how often a second.
+    pub pitch: f64,
+    /// Of the pitching, Hz.
+    pub pitch_rate: f64,
     /// Errors of the wheels.
     pub odometry: OdometryNoise,
     /// Factor on all of them.
@@ -53,6 +57,8 @@ impl Default for SimConfig {
             blur_px: 0.5,
             gain: 1.0,
             vignette: 0.18,
+            pitch: 0.0,
+            pitch_rate: 1.0,
             odometry: OdometryNoise::default(),
             odometry_noise_scale: 1.0,
             laser: LaserConfig::default(),
@@ -68,6 +74,8 @@ impl SimConfig {
             ("pixel_noise", self.pixel_noise),
             ("blur_px", self.blur_px),
             ("vignette", self.vignette),
+            ("pitch", self.pitch),
+            ("pitch_rate", self.pitch_rate),
             ("odometry_noise_scale", self.odometry_noise_scale),
             ("laser.range_std", self.laser.range_std),
             ("laser.max_range", self.laser.max_range),
@@ -168,6 +176,16 @@ impl Simulation {
         &self.rig
     }
 
+    /// The camera as it sits when the picture is taken: tilted further while the robot pitches forward.
+    pub fn true_rig(&self, frame: usize) -> RangeFinder<f64> {
+        let turns = self.config.pitch_rate * self.time(frame);
+        let pitch = self.config.pitch * libm::sin(core::f64::consts::TAU * turns);
+        let mount = self.rig.mount();
+        let [height, tilt, roll, yaw, forward, left] = mount.parameters();
+        let pitched = Mount::new([height, tilt + pitch, roll, yaw, forward, left]);
+        RangeFinder::new(*self.rig.camera(), pitched.unwrap_or(*mount))
+    }
+
     /// The settings.
     pub fn config(&self) -> &SimConfig {
         &self.config
@@ -233,17 +251,19 @@ impl Simulation {
         if pixels.len() != expected {
             return Err(Error::Size { name: "pixels", got: pixels.len(), expected });
         }
-        let pose = self.true_pose(frame);
-        let view = View::new(&self.lens, &self.rig, &self.scene, self.walkers(frame), &pose);
+        let (pose, rig) = (self.true_pose(frame), self.true_rig(frame));
+        let pitched = (self.config.pitch > 0.0).then(|| Lens::new(&rig));
+        let lens = pitched.as_ref().unwrap_or(&self.lens);
+        let view = View::new(lens, &rig, &self.scene, self.walkers(frame), &pose);
         let mut levels = vec![0.0; expected];
-        render(&self.lens, &view, &self.looks, &mut levels);
+        render(lens, &view, &self.looks, &mut levels);
         self.sensor.expose(&mut levels, self.config.seed, frame, pixels);
         Ok(())
     }
 
     /// Every true floor corner within the picture, hidden ones too.
     pub fn corners(&self, frame: usize) -> Vec<TrueCorner> {
-        corners(&self.scene, &self.rig, self.walkers(frame), &self.true_pose(frame))
+        corners(&self.scene, &self.true_rig(frame), self.walkers(frame), &self.true_pose(frame))
     }
 
     /// The true floor corners that the picture shows.

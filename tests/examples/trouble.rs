@@ -56,7 +56,16 @@ fn drive(scene: &str, carrier: &str, seed: u64, words: &[String]) -> Result<Scor
     let simulation = |rig: RangeFinder<f64>| {
         let looks = SceneConfig { seed, ..Default::default() };
         let scene = if scene == "office" { Scene::office(&looks) } else { Scene::corridor(&looks) };
-        Simulation::new(scene, rig, SimConfig { seed, frames, ..Default::default() })
+        Simulation::new(
+            scene,
+            rig,
+            SimConfig {
+                seed,
+                frames,
+                pitch: number("pitch").unwrap_or(0.0).to_radians(),
+                ..Default::default()
+            },
+        )
     };
     let straight = simulation(default_rig()?)?;
     let mut config = config_for(&straight)?;
@@ -71,6 +80,7 @@ fn drive(scene: &str, carrier: &str, seed: u64, words: &[String]) -> Result<Scor
     if words.iter().any(|word| word == "proposals") {
         config.corners_from = CornersFrom::Proposals;
     }
+    config.sway = number("sway").unwrap_or(0.0).to_radians() as f32;
     let motion = &mut config.motion;
     for (key, std) in [
         ("scale", &mut motion.speed_scale),
@@ -96,7 +106,7 @@ fn line(seed: u64, score: &Score) -> String {
     let [wheels, wheels_std] = score.wheels;
     let [mount, mount_std] = score.mount;
     format!(
-        "seed {seed}: end {:.2} %, rms {:.3} m, 3σ {:.3}, after {:.3}, NEES/3 {:.2}, map {} of {}, landmarks {:.3} m, {}{}; \
+        "seed {seed}: end {:.2} %, rms {:.3} m, 3σ {:.3}, after {:.3}, NEES/3 {:.2}, map {} of {}, landmarks {:.3} m, range at 3 m {:.2} %, {}{}; \
          wheels {:.2}±{:.2} {:.2}±{:.2} % {:.4}±{:.4} rad/m; mount {:.1}±{:.1} mm {:.2}±{:.2} {:.2}±{:.2} {:.2}±{:.2}°",
         100.0 * score.end_share(),
         score.position_rms,
@@ -106,6 +116,7 @@ fn line(seed: u64, score: &Score) -> String {
         score.map[0],
         score.map[1],
         monorange_tests::corridor::median(&score.landmark_errors),
+        100.0 * monorange_tests::corridor::median(&score.range_errors_at_3_m),
         score.verdict.as_str(),
         score.reason.map_or_else(String::new, |reason| format!(" ({})", reason.as_str())),
         100.0 * wheels[0],

@@ -69,6 +69,8 @@ pub struct Score {
     pub visible: [usize; 2],
     /// |range error| / range of true corners within 3 m, sorted.
     pub range_errors: Vec<f64>,
+    /// The same of those 2.5 to 3.5 m away.
+    pub range_errors_at_3_m: Vec<f64>,
     /// Distance from the true position at the end, m.
     pub end_error: f64,
     /// Root mean square distance from the true position, m.
@@ -162,8 +164,12 @@ pub fn run_into(simulation: &Simulation, config: Config, trouble: &Trouble<'_>) 
             score.corners[1] += usize::from(nearest.is_some());
             let Some(true_corner) = nearest else { continue };
             reported.insert(true_corner.id);
+            let range_error = (f64::from(corner.range) / true_corner.range - 1.0).abs();
             if true_corner.range <= 3.0 {
-                score.range_errors.push((f64::from(corner.range) / true_corner.range - 1.0).abs());
+                score.range_errors.push(range_error);
+            }
+            if (2.5..3.5).contains(&true_corner.range) {
+                score.range_errors_at_3_m.push(range_error);
             }
             if let (Some(landmark), Some(_)) = (corner.outcome.landmark, corner.outcome.nis) {
                 let owner = *owners.entry(landmark).or_insert(true_corner.id);
@@ -213,6 +219,7 @@ pub fn run_into(simulation: &Simulation, config: Config, trouble: &Trouble<'_>) 
     score.within_3_sigma = inside.into_iter().min().unwrap_or(0) as f64 / frames;
     score.nees = nees / (frames - SETTLED as f64).max(1.0);
     score.range_errors.sort_by(f64::total_cmp);
+    score.range_errors_at_3_m.sort_by(f64::total_cmp);
     let landmarks = pipeline.filter().landmarks().iter();
     let confirmed: Vec<_> =
         landmarks.filter(|landmark| landmark.status == monorange_core::slam::Status::Confirmed).collect();

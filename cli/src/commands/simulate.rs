@@ -33,6 +33,9 @@ pub struct Arguments {
     /// People who cross and stop.
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u16).range(0..=100))]
     walkers: u16,
+    /// Degrees by which the robot pitches to either side, once a second; `sway` in the rig's `[filter]` tells `slam` so.
+    #[arg(long, default_value_t = 0.0, value_name = "DEG")]
+    pitch: f64,
     /// Chooses the place's looks, the walkers' ways and every noise.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -82,6 +85,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         seed: arguments.seed,
         frames: arguments.frames.unwrap_or(arguments.scene.frames()) as usize,
         walkers: usize::from(arguments.walkers),
+        pitch: arguments.pitch.to_radians(),
         ..SimConfig::default()
     };
     let finder = default_rig().map_err(Error::new)?;

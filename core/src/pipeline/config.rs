@@ -67,6 +67,9 @@ pub struct Config {
     pub mount_std: [f32; 4],
     /// What is done about the mount's errors.
     pub mount_error: MountError,
+    /// Standard deviation by which tilt and roll change from picture to picture, because the robot pitches and rolls, rad; 0 of
+    /// one that does not. Above 0 the mount's errors must be estimated, and the covariance packed.
+    pub sway: f32,
     /// What the filter is told of a corner.
     pub model: Model,
     /// Least standard deviation of a corner in either direction, px: what calibration and undistortion leave.
@@ -74,7 +77,7 @@ pub struct Config {
     /// Least angle below the horizon at which a corner is measured, rad: nearer to it a range is a guess, and a skirting board
     /// is narrower than the smoothing, which pushes the edge of the floor half a pixel off.
     pub min_depression: f32,
-    /// Which filter, and its gate. Its range finder, its mount's and its wheels' states are set from the fields beside it.
+    /// Which filter, and its gate. Its range finder, its mount's and its wheels' states, and its sway are set from the fields beside it.
     pub filter: FilterConfig<f32>,
     /// What carries corners from picture to picture. All but [`Carrier::Map`] need the features `alloc` and `sift`.
     pub carrier: Carrier,
@@ -101,6 +104,7 @@ impl Config {
             finder,
             mount_std: [height, tilt, roll, yaw].map(|std| std as f32),
             mount_error: MountError::default(),
+            sway: 0.0,
             model: Model::default(),
             corner_std_floor_px: 0.3,
             min_depression: 3_f32.to_radians(),
@@ -197,6 +201,7 @@ impl Config {
             // A parameter known exactly is a state that hardly moves: the filter wants variances above 0.
             MountError::Estimated => Some(self.mount_std.map(|std| std.max(1e-5))),
         };
+        self.filter.sway = self.sway;
         self.filter.wheels_std = self.motion.scale_std();
         self.map.view = self.view();
         self.filter = self.filter.validated()?;
@@ -234,6 +239,7 @@ settings! { EXTRACTED, EXTRACTED_REFERENCES, Config, "extract" {
 settings! { FILTERED, FILTERED_REFERENCES, Config, "filter" {
     2 model: Choice [model] "What the filter is told of a corner: its pixel, or range and bearing as in the paper.", "Equation: a pixel's noise is Gaussian up to the horizon, a range's is not.";
     1 mount: Choice [mount_error] "What is done about the mount's own error: estimated along with the map, or taken as exact.", "All corners share the mount's error, so that it is no independent noise (theory page of core::slam).";
+    64 sway: Number [sway] (0, 0.2, "rad"), "Standard deviation by which tilt and roll change from picture to picture, as the robot pitches and rolls; 0 of one that does not.", "Most robots with wheels are stiff; README tells by how much a pitching one errs.";
 }}
 
 settings! { MEASURED, MEASURED_REFERENCES, Config, "association" {

@@ -32,6 +32,7 @@ mod settings;
 mod sightings;
 mod snapshot;
 mod storage;
+mod sway;
 #[cfg(all(feature = "alloc", feature = "sift"))]
 mod visual_motion;
 
@@ -362,7 +363,9 @@ impl<S: Storage> Pipeline<S> {
         self.advance(time)?;
         let mut outcomes = [Outcome::default(); MAX_CORNERS];
         let looks_alike = |index: usize, landmark: &Landmark<f32>| seen.looks_alike(index, landmark);
+        self.map.filter_mut().sway();
         let map = self.map.observe(&seen.features, looks_alike, &mut outcomes)?;
+        self.range_again(report);
         for (corner, outcome) in report.corners.iter_mut().zip(&outcomes) {
             corner.outcome = *outcome;
         }

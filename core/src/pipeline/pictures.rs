@@ -46,7 +46,12 @@ impl Pictures {
         if !config.asks_pictures() {
             return Ok(None);
         }
-        let visual = VisualMotion::new(config.visual)?;
+        let mut visual = config.visual;
+        let motion = &mut visual.odometry.motion;
+        for std in [&mut motion.pitch_std, &mut motion.roll_std, &mut motion.tilt_std] {
+            *std = std.max(config.sway);
+        }
+        let visual = VisualMotion::new(visual)?;
         Ok(Some(Box::new(Self {
             visual: if config.carrier == Carrier::Free { visual.with_free_homography() } else { visual },
             pixels: PixelAssociation::new(config.carrier),

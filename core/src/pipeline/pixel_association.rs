@@ -171,6 +171,7 @@ impl<S: Storage> Pipeline<S> {
         let mut seen = Sightings::default();
         self.sight_all(corners, &mut seen, &mut report.corners);
         self.advance(time)?;
+        self.map.filter_mut().sway();
         let camera = *self.finder().camera();
         let Some(pictures) = self.pictures.as_deref_mut() else {
             return self.observe_into(time, corners, report);
@@ -211,6 +212,7 @@ impl<S: Storage> Pipeline<S> {
         let filter = self.map.filter();
         pixels.learn(&camera, &report.corners, |id| filter.landmark(id).is_some());
         let carried_by = pixels.used;
+        self.range_again(report);
         self.report(time, &seen, map, report);
         report.carried_by = carried_by;
         Ok(())

@@ -39,6 +39,8 @@ pub enum Reason {
     Heading,
     /// Measurement after measurement lies beyond its gate: the map or the pose is wrong.
     BeyondGate,
+    /// The camera seems knocked again and again: the robot pitches or rolls, and `filter.sway` says less than that.
+    Attitude,
     /// Innovations are larger than the covariance says: raise the sensor's or the odometry's noise.
     Innovations,
     /// The pose may be off by more than a twentieth of the path.
@@ -55,10 +57,11 @@ pub enum Reason {
 
 impl Reason {
     /// Every reason, the worst first.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Indefinite,
         Self::Heading,
         Self::BeyondGate,
+        Self::Attitude,
         Self::Innovations,
         Self::Uncertain,
         Self::Association,
@@ -73,6 +76,9 @@ impl Reason {
             Self::Indefinite => "the covariance failed and the map began anew",
             Self::Heading => "a turn was not measured and the heading is not known",
             Self::BeyondGate => "measurement after measurement lies beyond its gate",
+            Self::Attitude => {
+                "the camera's attitude changes again and again, as of a robot that pitches or rolls"
+            }
             Self::Innovations => "innovations are larger than the noise that was set explains",
             Self::Uncertain => "the pose may be off by more than a twentieth of the path",
             Self::Association => "measurements on mapped ground are of none of its landmarks",
@@ -86,9 +92,12 @@ impl Reason {
     pub const fn verdict(self) -> Verdict {
         match self {
             Self::Indefinite | Self::Heading | Self::BeyondGate | Self::Elsewhere => Verdict::Lost,
-            Self::Innovations | Self::Uncertain | Self::Association | Self::Mount | Self::Wheels => {
-                Verdict::Doubtful
-            }
+            Self::Attitude
+            | Self::Innovations
+            | Self::Uncertain
+            | Self::Association
+            | Self::Mount
+            | Self::Wheels => Verdict::Doubtful,
         }
     }
 }
@@ -122,6 +131,8 @@ const MAPPED: u32 = 3;
 const UNCERTAIN: f64 = 0.025;
 /// And beside that, m.
 const UNCERTAIN_AT_REST: f64 = 0.1;
+/// Knocks from which on it is the robot that pitches or rolls.
+const KNOCKS: u32 = 4;
 /// Share of measurements on mapped ground that are nobody's.
 const STRANGERS: f64 = 0.3;
 /// Deviations of its prior by which no error of mount or wheels moves by chance.
@@ -285,6 +296,7 @@ impl<T: Real> Health<T> {
             (frames.last.is_some_and(|frame| frame.resets > 0), Reason::Indefinite),
             (frames.heading_variance > lost, Reason::Heading),
             (self.beyond_gate_in_a_row >= RUN, Reason::BeyondGate),
+            (self.knocks >= KNOCKS, Reason::Attitude),
             (told && self.mean_nis() > T::lit(1.5), Reason::Innovations),
             (uncertain, Reason::Uncertain),
             (strange, Reason::Association),

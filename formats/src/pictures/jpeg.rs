@@ -27,9 +27,16 @@ pub(super) fn is_cut(bytes: &[u8]) -> bool {
     }
 }
 
+/// Whether the bytes are a JPEG that says to be larger than its data can be: a block of 8 × 8 pixels takes a bit at least. Decoding
+/// one takes as long as one of that size, minutes for a kilobyte.
+pub(super) fn is_too_short(bytes: &[u8]) -> bool {
+    let size = bytes.starts_with(&[0xff, 0xd8]).then(|| super::Picture::size_of(bytes)).flatten();
+    size.is_some_and(|[width, height]| width.div_ceil(8).saturating_mul(height.div_ceil(8)) / 8 > bytes.len())
+}
+
 #[cfg(test)]
 mod tests {
-    use super::is_cut;
+    use super::{is_cut, is_too_short};
     use image::{ExtendedColorType, ImageEncoder, codecs::jpeg::JpegEncoder};
 
     #[test]
@@ -41,7 +48,19 @@ mod tests {
         for length in 2..file.len() - 1 {
             assert!(is_cut(&file[..length]), "{length} of {} bytes", file.len());
         }
+        assert!(!is_too_short(&file));
         file.extend_from_slice(b"a camera's own trailer");
         assert!(!is_cut(&file) && !is_cut(b"\x89PNG"));
+    }
+
+    #[test]
+    fn a_jpeg_that_says_to_be_larger_than_its_data_can_be_is_damaged() {
+        let mut plain = Vec::new();
+        JpegEncoder::new(&mut plain).write_image(&[0; 640 * 480], 640, 480, ExtendedColorType::L8).unwrap();
+        assert!(!is_too_short(&plain), "{} bytes of one grey", plain.len());
+        // Height and width stand behind the frame's marker, its length and its depth.
+        let frame = plain.windows(2).position(|pair| pair == [0xff, 0xc0]).unwrap();
+        plain[frame + 5..frame + 9].copy_from_slice(&[0x40, 0, 0x40, 0]);
+        assert!(is_too_short(&plain));
     }
 }

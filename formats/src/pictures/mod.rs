@@ -92,7 +92,7 @@ impl Picture {
     }
 }
 
-/// Fails when a file is empty, or a JPEG has no end. Decoders, browsers' too, fill what is missing with grey, and grey has corners.
+/// Fails when a file is empty, or a JPEG has no end or too little data for its size. Decoders, browsers' too, fill what is missing with grey, and grey has corners.
 ///
 /// # Errors
 /// Names the picture.
@@ -100,6 +100,7 @@ pub fn check_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     let cause = match bytes {
         [] => "the file is empty",
         _ if jpeg::is_cut(bytes) => "the picture is cut short: its JPEG data has no end",
+        _ if jpeg::is_too_short(bytes) => "the picture is damaged: its JPEG data is too short for its size",
         _ => return Ok(()),
     };
     Err(Error::new(cause).at(path).help("copy the picture again, or leave it out"))

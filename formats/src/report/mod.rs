@@ -281,9 +281,15 @@ impl Run {
                 .warn();
         }
         if matches!(self.verdict, Verdict::Doubtful | Verdict::Lost) {
-            Error::new(format!("the filter calls its result {}", self.verdict.as_str()))
-                .help("check units and signs of odometry, measurements and mount, and their standard deviations")
-                .warn();
+            let help = match self.reason {
+                Some(Reason::Attitude) => {
+                    "say in the rig by how much tilt and roll change from picture to picture: `[filter]`, `sway = 0.02` (rad)"
+                }
+                _ => {
+                    "check units and signs of odometry, measurements and mount, and their standard deviations"
+                }
+            };
+            Error::new(format!("the filter calls its result {}", self.verdict.as_str())).help(help).warn();
         }
         if self.map.is_empty() && measured > 10 {
             Error::new(format!("no landmark came of {measured} {}", self.subject.long()))

@@ -108,7 +108,7 @@ fn damaged(sound: &[Vec<u8>], chance: &mut Chance) -> Vec<u8> {
 const FILES: u64 = 2000;
 
 /// Reads damaged files: a fixed number, or for as long as is asked for.
-pub(crate) fn survive(name: &str, sound: &[Vec<u8>], read: impl Fn(&Path)) {
+pub(crate) fn survive(name: &str, sound: &[Vec<u8>], read: impl Fn(&Path, &[u8])) {
     let seconds = std::env::var("MONORANGE_FUZZ_SECONDS").ok().and_then(|text| text.parse().ok());
     let (mut chance, begun, mut count) = (Chance(0x9e37_79b9_7f4a_7c15), Work::begin(), 0_u64);
     let goes_on = |count| seconds.map_or(count < FILES, |s| begun.done() < Duration::from_secs_f64(s));
@@ -116,7 +116,8 @@ pub(crate) fn survive(name: &str, sound: &[Vec<u8>], read: impl Fn(&Path)) {
         let bytes = damaged(sound, &mut chance);
         memory::offer(name, bytes.clone());
         let clock = Work::begin();
-        let outcome = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| read(Path::new(name))));
+        let outcome =
+            std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| read(Path::new(name), &bytes)));
         let text = String::from_utf8_lossy(&bytes);
         assert!(outcome.is_ok(), "{name} number {count}: {text:?}");
         assert!(clock.done() < Duration::from_secs(10), "{name} takes {:?}: {text:?}", clock.done());
@@ -146,7 +147,7 @@ fn camera_files() {
         "P0: 6.0e+02 0 3.2e+02 0 0 6.0e+02 2.4e+02 0 0 0 1 0\nP1: 6.0e+02 0 3.2e+02 -30 0 6.0e+02 2.4e+02 0 0 0 1 0\nTr: 1 0 0 0 0 1 0 0 0 0 1 0\n",
         "# oST\n[image]\n\nwidth\n640\n\nheight\n480\n\n[camera]\n\ncamera matrix\n600 0 320\n0 610 240\n0 0 1\n\ndistortion\n-0.3 0.1 0 0 0\n",
     ];
-    survive("camera.yaml", &texts(&sound), |path| {
+    survive("camera.yaml", &texts(&sound), |path, _| {
         let _ = read_camera_of(path, None, None);
         let _ = read_camera_of(path, Some(1), Some([640, 480]));
         memory::offer(
@@ -163,7 +164,7 @@ fn camera_files() {
 
 #[test]
 fn rig_files() {
-    survive("rig.toml", &texts(&[RIG]), |path| {
+    survive("rig.toml", &texts(&[RIG]), |path, _| {
         if let Ok(rig) = Rig::read(path) {
             let _ = rig.finder.sight(Vector2::new(160.0, 200.0));
             rig.write(&mut Vec::new()).unwrap();
@@ -181,7 +182,7 @@ fn odometry() {
         // A way longer than any number.
         "t,v,omega\n0,1,0\n0.5,1,0.1\n1,1,0\n1e308,1,0\n",
     ];
-    survive("o.csv", &texts(&sound), |path| {
+    survive("o.csv", &texts(&sound), |path, _| {
         if let Ok(odometry) = Odometry::read(path) {
             let [from, to] = odometry.range();
             assert!(odometry.way(from, to).is_finite() && odometry.step(from, to).1.is_finite());
@@ -200,7 +201,7 @@ fn trajectories_and_times() {
         "1305031102.175304 rgb/a.png\n1305031102.211214 rgb/b.png\n",
     ];
     memory::offer("times.txt", b"0\n1\n".to_vec());
-    survive("t.tum", &texts(&sound), |path| {
+    survive("t.tum", &texts(&sound), |path, _| {
         if let Ok(poses) = read_trajectory(path) {
             assert!(poses.windows(2).all(|pair| pair[0].time < pair[1].time));
         }
@@ -216,7 +217,7 @@ fn measurements_and_maps() {
         "t,range,bearing,id,var_range,var_bearing\n0,2,0.1,1,0.01,0.001\n0.5,,0.1,,,\n1,1.1,,2,,\n",
         "id,x,y,var_x,cov_xy,var_y,seen,first_t,last_t\n1,2,3,0.1,0,0.1,5,0,1\n2,3,4,,,,1,,\n",
     ];
-    survive("m.csv", &texts(&sound), |path| {
+    survive("m.csv", &texts(&sound), |path, _| {
         if let Ok(sightings) = read_sightings(path) {
             assert!(sightings.iter().all(|sighting| sighting.range.is_none_or(|range| range > 0.0)));
         }
@@ -234,7 +235,7 @@ fn mrclam_folders() {
         ("log/Robot1_Groundtruth.dat", "0 0 0 0\n0.5 0.5 0 0\n1 1 0 0\n1.5 1.5 0 0\n"),
     ];
     let sound = texts(&files.map(|(_, text)| text));
-    survive("damaged", &sound, |path| {
+    survive("damaged", &sound, |path, _| {
         let damaged = std::cell::RefCell::new(monorange_formats::files::read_text(path).unwrap_or_default());
         for (name, _) in files {
             for (other, text) in files {
@@ -262,11 +263,9 @@ fn pictures() {
         .unwrap();
     encoder.write_image(&picture, 48, 32, ExtendedColorType::L8).unwrap();
     sound.push(file);
-    let files = std::cell::RefCell::new(Chance(7));
-    survive("picture.png", &sound.clone(), |path| {
-        let bytes = damaged(&sound, &mut files.borrow_mut());
-        let _ = Picture::size_of(&bytes);
-        if let Ok(picture) = Picture::decode(path, &bytes) {
+    survive("picture.png", &sound, |path, bytes| {
+        let _ = Picture::size_of(bytes);
+        if let Ok(picture) = Picture::decode(path, bytes) {
             assert_eq!(picture.pixels.len(), picture.width * picture.height);
         }
     });

@@ -46,7 +46,7 @@ fn saved_maps() {
     let mut sound = Vec::new();
     MapFile::of(&mut mapped().0, 12.5, None).unwrap().write(&mut sound).unwrap();
     let found = std::cell::Cell::new(0);
-    survive("map.bin", &[sound], |path| {
+    survive("map.bin", &[sound], |path, _| {
         let Ok(file) = MapFile::read(path) else { return };
         let map = file.map().unwrap();
         for landmark in map.landmarks() {

@@ -1,24 +1,30 @@
-//! Wheels that read wrongly all the time, and a camera that is knocked, in a simulated corridor whose corners are given exactly
+//! Wheels that read wrongly all the time, a camera that is knocked, and a robot that pitches, in a simulated corridor whose corners are given exactly
 //! but for their noise. With pictures: `cargo run -p monorange-tests --example trouble`.
 use monorange_core::geometry::{Mount, RangeFinder, wrap_angle};
 use monorange_core::lines::Corner;
 use monorange_core::pipeline::{Config, Memory, MotionNoise, Odometry, OnHeap, Pipeline};
 use monorange_core::slam::Verdict;
-use monorange_sim::{Scene, SceneConfig, SimConfig, Simulation, default_rig};
+use monorange_sim::{Scene, SceneConfig, SimConfig, Simulation, TrueCorner, default_rig};
 use monorange_tests::Noise;
-use monorange_tests::corridor::config_for;
+use monorange_tests::corridor::{config_for, median};
 use nalgebra::{Matrix2, Vector3};
 
 const FRAMES: usize = 400;
 const CORNER_STD: f64 = 0.4;
 
 fn simulation(seed: u64, tilt: f64) -> Simulation {
+    pitching(seed, tilt, 0.0)
+}
+
+/// One that pitches by so much to either side, once a second.
+fn pitching(seed: u64, tilt: f64, pitch: f64) -> Simulation {
     let scene = Scene::corridor(&SceneConfig { seed, ..Default::default() });
     let rig = default_rig().unwrap();
     let mut parameters = rig.mount().parameters();
     parameters[1] += tilt;
     let rig = RangeFinder::new(*rig.camera(), Mount::new(parameters).unwrap());
-    Simulation::new(scene, rig, SimConfig { seed, frames: FRAMES, walkers: 0, ..Default::default() }).unwrap()
+    Simulation::new(scene, rig, SimConfig { seed, frames: FRAMES, walkers: 0, pitch, ..Default::default() })
+        .unwrap()
 }
 
 /// Six in ten of the corners in view.
@@ -48,17 +54,22 @@ struct Drive {
     /// Of the poses of the last quarter, a degree of freedom.
     nees: f64,
     knocked: Vec<usize>,
+    /// |range error| / range of corners 2.5 to 3.5 m away, the middle one.
+    range_error: f64,
 }
 
 /// Drives; the wheels read `long` too long, and from the picture `from` on the camera is that of `after`.
 fn drive(before: &Simulation, after: &Simulation, from: usize, long: f64, motion: MotionNoise) -> Drive {
-    let config = config_for(before).unwrap();
+    drive_with(Config { motion, ..config_for(before).unwrap() }, before, after, from, long)
+}
+
+fn drive_with(config: Config, before: &Simulation, after: &Simulation, from: usize, long: f64) -> Drive {
     let camera = *before.rig().camera();
     let memory = Memory::on_heap(camera.width(), camera.height(), 256);
-    let mut pipeline = Pipeline::new(Config { motion, ..config }, memory).unwrap();
+    let mut pipeline = Pipeline::new(config, memory).unwrap();
     let mut noise = Noise::new(before.config().seed);
     let world_from_start = before.true_pose(0);
-    let (mut nees, mut knocked) = (0.0, Vec::new());
+    let (mut nees, mut knocked, mut range_errors) = (0.0, Vec::new(), Vec::new());
     for frame in 0..FRAMES {
         let time = before.time(frame);
         if frame > 0 {
@@ -66,10 +77,19 @@ fn drive(before: &Simulation, after: &Simulation, from: usize, long: f64, motion
             let (v, omega) = ((twist.speed * (1.0 + long)) as f32, twist.turn as f32);
             pipeline.odometry(time, &Odometry::Velocity { v, omega, seconds }).unwrap();
         }
-        let seen = corners(if frame < from { before } else { after }, frame, &mut noise);
+        let shown = if frame < from { before } else { after };
+        let seen = corners(shown, frame, &mut noise);
         let report = pipeline.observe(time, &seen).unwrap();
         if report.map.knocked {
             knocked.push(frame);
+        }
+        for corner in &report.corners {
+            let distance = |truth: &TrueCorner| (truth.pixel - corner.pixel.cast::<f64>()).norm();
+            let truth = shown.visible_corners(frame);
+            let truth = truth.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap();
+            if (2.5..3.5).contains(&truth.range) {
+                range_errors.push((f64::from(corner.range) / truth.range - 1.0).abs());
+            }
         }
         if frame >= FRAMES * 3 / 4 {
             let truth = world_from_start.inverse().compose(&before.true_pose(frame));
@@ -82,7 +102,8 @@ fn drive(before: &Simulation, after: &Simulation, from: usize, long: f64, motion
             nees += error.dot(&(inverse * error)) / (3.0 * FRAMES as f64 / 4.0);
         }
     }
-    Drive { pipeline, nees, knocked }
+    range_errors.sort_by(f64::total_cmp);
+    Drive { pipeline, nees, knocked, range_error: median(&range_errors) }
 }
 
 #[test]
@@ -121,5 +142,23 @@ fn a_camera_that_is_knocked_by_a_degree_is_noticed_and_its_tilt_found_anew() {
         let first = found.knocked.first().copied().unwrap();
         assert!((FRAMES / 2..FRAMES / 2 + 30).contains(&first), "noticed at {first}");
         assert!((f64::from(error) - tilt).abs() < 0.3, "{error}°");
+    }
+}
+
+#[test]
+fn a_robot_that_pitches_is_ranged_with_the_attitude_of_its_own_picture() {
+    for seed in [26, 27, 28] {
+        let simulation = pitching(seed, 0.0, 1.5_f64.to_radians());
+        let stiff = config_for(&simulation).unwrap();
+        let swaying = Config { sway: 1.5_f32.to_radians(), ..stiff };
+        let [found, wrong] =
+            [swaying, stiff].map(|config| drive_with(config, &simulation, &simulation, FRAMES, 0.0));
+        let verdict = found.pipeline.health().verdict();
+        println!("seed {seed}: {:.4} at 3 m, NEES/3 {}, {verdict:?}", found.range_error, found.nees);
+        println!("  as if it were stiff: {:.4}, NEES/3 {}", wrong.range_error, wrong.nees);
+        assert!(found.range_error < 0.03, "{} of the range", found.range_error);
+        assert_eq!(verdict, Verdict::Consistent);
+        assert!(wrong.range_error > 0.06, "the law is about something: {}", wrong.range_error);
+        assert_ne!(wrong.pipeline.health().verdict(), Verdict::Consistent);
     }
 }

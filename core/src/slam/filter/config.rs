@@ -46,6 +46,8 @@ pub struct FilterConfig<T> {
     pub finder: Option<RangeFinder<T>>,
     /// Standard deviations of the mount's height (m), tilt, roll and yaw (rad): their errors become states.
     pub mount_std: Option<[T; 4]>,
+    /// Standard deviation by which the mount's tilt and roll change from picture to picture, rad.
+    pub sway: T,
     /// Standard deviations of what the wheels read wrongly all the time: shares of their travel and of their turn, and the turn
     /// that comes with each metre (rad/m). These errors become states.
     pub wheels_std: Option<[T; 3]>,
@@ -67,6 +69,7 @@ impl<T: Real> Default for FilterConfig<T> {
             gate_nis: crate::association::CHI2_99.map(T::lit),
             finder: None,
             mount_std: None,
+            sway: T::zero(),
             wheels_std: None,
             range_prior: (T::lit(4.0), T::lit(4.0)),
             polar_as_point: true,
@@ -89,6 +92,7 @@ impl<T: Real> FilterConfig<T> {
             gate_nis: self.gate_nis.map(single),
             finder: None,
             mount_std: None,
+            sway: 0.0,
             wheels_std: None,
             range_prior: (single(self.range_prior.0), single(self.range_prior.1)),
             polar_as_point: self.polar_as_point,
@@ -102,6 +106,12 @@ impl<T: Real> FilterConfig<T> {
             if !(std.is_finite() && std > T::zero()) {
                 return Err(Error::OutOfRange { name, value: std.to_f64(), expected: "finite and above 0" });
             }
+        }
+        let swaying = self.sway == T::zero()
+            || self.sway > T::zero() && self.mount_std.is_some() && self.covariance == Covariance::Packed;
+        if !swaying {
+            let expected = "at least 0, and 0 where the mount is exact or the covariance factored";
+            return Err(Error::OutOfRange { name: "filter.sway", value: self.sway.to_f64(), expected });
         }
         Ok(self)
     }

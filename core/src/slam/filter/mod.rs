@@ -7,6 +7,7 @@ mod outcome;
 mod predict;
 mod read;
 mod scale;
+mod sway;
 pub(in crate::slam) mod update;
 mod wheels;
 

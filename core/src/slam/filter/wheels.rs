@@ -20,6 +20,7 @@
 //!
 //! *Limits.* First order in the errors: 10 % of a step's turn of 0.3 rad.
 use super::knock::let_go;
+use super::sway::SWAYING;
 use super::{Covariance, Filter, Parts, ROBOT};
 use crate::geometry::told_from_noise;
 use crate::slam::covariance::{factored, packed};
@@ -89,7 +90,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     }
 
     /// Squares of how many of their prior's deviations the mount's and the wheels' errors have moved, the largest of each, the
-    /// mount's angles having been let go so often; 0 where they are no states.
+    /// mount's angles having been let go so often, and swaying; 0 where they are no states.
     pub(in crate::slam) fn moved(&self, knocks: u32) -> [T; 2] {
         let largest = |at: usize, stds: &[T], more: [T; 4]| {
             let variances = stds.iter().zip(more).map(|(std, more)| *std * *std + more);
@@ -97,8 +98,11 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             squares.fold(T::zero(), |most: T, square| most.max(square))
         };
         let (mount, wheels) = (self.config.mount_std, self.config.wheels_std);
-        let knocks = T::lit(f64::from(knocks));
-        let more = let_go().map(|variance: T| variance * knocks);
+        let (knocks, sway) = (T::lit(f64::from(knocks)), self.config.sway);
+        let mut more = let_go().map(|variance: T| variance * knocks);
+        for state in SWAYING {
+            more.iter_mut().skip(state).take(1).for_each(|more| *more += sway * sway);
+        }
         [
             mount.map_or(T::zero(), |stds| largest(ROBOT, &stds, more)),
             wheels.map_or(T::zero(), |stds| largest(self.wheels_at(), &stds, [T::zero(); 4])),
