@@ -36,6 +36,8 @@ pub struct SimConfig {
     pub pitch: f64,
     /// Of the pitching, Hz.
     pub pitch_rate: f64,
+    /// Seconds from the first row's exposure to the last one's; 0 for a global shutter.
+    pub readout: f64,
     /// Errors of the wheels.
     pub odometry: OdometryNoise,
     /// Factor on all of them.
@@ -59,6 +61,7 @@ impl Default for SimConfig {
             vignette: 0.18,
             pitch: 0.0,
             pitch_rate: 1.0,
+            readout: 0.0,
             odometry: OdometryNoise::default(),
             odometry_noise_scale: 1.0,
             laser: LaserConfig::default(),
@@ -76,6 +79,7 @@ impl SimConfig {
             ("vignette", self.vignette),
             ("pitch", self.pitch),
             ("pitch_rate", self.pitch_rate),
+            ("readout", self.readout),
             ("odometry_noise_scale", self.odometry_noise_scale),
             ("laser.range_std", self.laser.range_std),
             ("laser.max_range", self.laser.max_range),
@@ -101,6 +105,9 @@ impl SimConfig {
         Ok(())
     }
 }
+
+/// Rows of a rolling shutter that are drawn as of one moment.
+const BAND: usize = 10;
 
 /// A drive: everything about frame k follows from the scene, the rig, the settings and k alone.
 ///
@@ -251,19 +258,54 @@ impl Simulation {
         if pixels.len() != expected {
             return Err(Error::Size { name: "pixels", got: pixels.len(), expected });
         }
-        let (pose, rig) = (self.true_pose(frame), self.true_rig(frame));
+        let rig = self.true_rig(frame);
         let pitched = (self.config.pitch > 0.0).then(|| Lens::new(&rig));
         let lens = pitched.as_ref().unwrap_or(&self.lens);
-        let view = View::new(lens, &rig, &self.scene, self.walkers(frame), &pose);
+        let draw = |pose: &Pose<f64>, levels: &mut [f32]| {
+            let view = View::new(lens, &rig, &self.scene, self.walkers(frame), pose);
+            render(lens, &view, &self.looks, levels);
+        };
         let mut levels = vec![0.0; expected];
-        render(lens, &view, &self.looks, &mut levels);
+        if self.config.readout > 0.0 {
+            let width = rig.camera().width();
+            let mut moment = vec![0.0; expected];
+            for (band, levels) in levels.chunks_mut(BAND * width).enumerate() {
+                draw(&self.pose_at_row(frame, (band * BAND) as f64 + 0.5 * (BAND - 1) as f64), &mut moment);
+                levels.copy_from_slice(&moment[band * BAND * width..][..levels.len()]);
+            }
+        } else {
+            draw(&self.true_pose(frame), &mut levels);
+        }
         self.sensor.expose(&mut levels, self.config.seed, frame, pixels);
         Ok(())
     }
 
-    /// Every true floor corner within the picture, hidden ones too.
+    /// Every true floor corner within the picture, hidden ones too. Range and bearing are those of the moment when the picture is
+    /// taken, the pixel is where a rolling shutter has it.
     pub fn corners(&self, frame: usize) -> Vec<TrueCorner> {
-        corners(&self.scene, &self.true_rig(frame), self.walkers(frame), &self.true_pose(frame))
+        let rig = self.true_rig(frame);
+        let mut seen = corners(&self.scene, &rig, self.walkers(frame), &self.true_pose(frame));
+        if self.config.readout > 0.0 {
+            for corner in &mut seen {
+                let Some(place) = self.landmarks().iter().find(|landmark| landmark.id == corner.id) else {
+                    continue;
+                };
+                // The row that sees it is exposed when it is there.
+                for _ in 0..10 {
+                    let robot = self.pose_at_row(frame, corner.pixel.y);
+                    let pixel = rig.pixel_from_floor_unbounded(robot.inverse_transform(place.position));
+                    corner.pixel = pixel.unwrap_or(corner.pixel);
+                }
+            }
+        }
+        seen
+    }
+
+    /// The robot in the world when a row of the picture is exposed: the middle one when the picture is taken.
+    fn pose_at_row(&self, frame: usize, row: f64) -> Pose<f64> {
+        let rows = self.rig.camera().height() as f64 - 1.0;
+        let later = (row / rows - 0.5) * self.config.readout;
+        self.true_twist(frame).step(&self.true_pose(frame), later)
     }
 
     /// The true floor corners that the picture shows.

@@ -36,6 +36,9 @@ pub struct Arguments {
     /// Degrees by which the robot pitches to either side, once a second; `sway` in the rig's `[filter]` tells `slam` so.
     #[arg(long, default_value_t = 0.0, value_name = "DEG")]
     pitch: f64,
+    /// Seconds from the first row's exposure to the last one's, of a rolling shutter; `readout` in the rig's `[shutter]` tells `slam` so.
+    #[arg(long, default_value_t = 0.0, value_name = "SECONDS")]
+    readout: f64,
     /// Chooses the place's looks, the walkers' ways and every noise.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -86,6 +89,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         frames: arguments.frames.unwrap_or(arguments.scene.frames()) as usize,
         walkers: usize::from(arguments.walkers),
         pitch: arguments.pitch.to_radians(),
+        readout: arguments.readout,
         ..SimConfig::default()
     };
     let finder = default_rig().map_err(Error::new)?;

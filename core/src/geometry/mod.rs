@@ -5,6 +5,7 @@ mod mount;
 mod newton;
 mod pose;
 mod range_finder;
+mod shutter;
 
 #[cfg(test)]
 mod jacobian_tests;

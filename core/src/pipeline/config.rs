@@ -2,6 +2,7 @@
 use super::MotionNoise;
 #[cfg(all(feature = "alloc", feature = "sift"))]
 use super::VisualConfig;
+use super::shutter::SHUTTER;
 use crate::association::Carrier;
 use crate::geometry::{MOUNT_STD_BY_HAND, RangeFinder};
 use crate::lines::ExtractConfig;
@@ -65,6 +66,8 @@ pub struct Config {
     pub finder: RangeFinder<f32>,
     /// Standard deviations of the mount's height (m), tilt, roll and yaw (rad).
     pub mount_std: [f32; 4],
+    /// Seconds from the first row's exposure to the last one's, of a rolling shutter; 0 of a global one.
+    pub readout: f32,
     /// What is done about the mount's errors.
     pub mount_error: MountError,
     /// Standard deviation by which tilt and roll change from picture to picture, because the robot pitches and rolls, rad; 0 of
@@ -103,6 +106,7 @@ impl Config {
         Self {
             finder,
             mount_std: [height, tilt, roll, yaw].map(|std| std as f32),
+            readout: 0.0,
             mount_error: MountError::default(),
             sway: 0.0,
             model: Model::default(),
@@ -191,6 +195,7 @@ impl Config {
         setting::check(&EXTRACTED, &mut self)?;
         setting::check(&FILTERED, &mut self)?;
         setting::check(&MEASURED, &mut self)?;
+        setting::check(&SHUTTER, &mut self)?;
         self.motion = self.motion.validated()?;
         #[cfg(all(feature = "alloc", feature = "sift"))]
         self.visual.check()?;

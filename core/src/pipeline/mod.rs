@@ -29,6 +29,7 @@ mod recovery;
 mod relocation;
 mod report;
 mod settings;
+mod shutter;
 mod sightings;
 mod snapshot;
 mod storage;
@@ -59,7 +60,7 @@ use crate::image::Grey;
 use crate::lines::{Corner, EdgePoint, Extraction, Extractor, MAX_CORNERS, Truncations};
 use crate::slam::{Feature, Filter, Health, Increment, Landmark, Map, MapReport, Outcome};
 use coverage::Intervals;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Vector2, Vector3};
 #[cfg(all(feature = "alloc", feature = "sift"))]
 use pictures::Pictures;
 use sightings::{Sightings, alike};
@@ -93,6 +94,8 @@ pub struct Pipeline<S: Storage> {
     map: Map<f32, S::Numbers, S::Landmarks>,
     frame: u32,
     intervals: Intervals,
+    /// Last known, m/s and rad/s.
+    velocity: Option<Vector2<f32>>,
     /// What pictures tell beside their corners, where they are asked.
     #[cfg(all(feature = "alloc", feature = "sift"))]
     pictures: Option<alloc::boxed::Box<Pictures>>,
@@ -125,6 +128,7 @@ impl<S: Storage> Pipeline<S> {
             map,
             frame: 0,
             intervals: Intervals::default(),
+            velocity: None,
         })
     }
 
@@ -165,6 +169,7 @@ impl<S: Storage> Pipeline<S> {
     /// [`Error::OutOfRange`](crate::Error::OutOfRange) for a number that is not finite.
     pub fn odometry(&mut self, time: f64, odometry: &Odometry) -> Result<()> {
         self.moved(time, &self.config.motion.increment(odometry))?;
+        self.velocity = shutter::velocity(odometry);
         self.intervals.reading(time, odometry.seconds().into());
         Ok(())
     }

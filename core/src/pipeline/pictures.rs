@@ -17,6 +17,7 @@ use crate::slam::{Filter, Increment, Landmark};
 use crate::{Error, Result};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
+use nalgebra::Vector2;
 
 /// Keyframe, corners in it, and the picture at hand.
 #[derive(Clone, Debug)]
@@ -182,14 +183,24 @@ impl<S: Storage> Pipeline<S> {
         let (measured, estimated) = (self.config.finder, self.finder());
         let Some(pictures) = self.pictures.as_deref_mut() else { return Ok(MovedBy::Nothing) };
         let finder = if pictures.carry_alone { measured } else { estimated };
-        let seen = match features {
+        let mut seen = match features {
             Some(features) => features,
             None => pictures.detect(finder.camera().width(), finder.camera().height())?,
         };
+        if self.config.readout > 0.0 {
+            for keypoint in &mut seen.keypoints {
+                keypoint.pixel = self.with_middle_row(&finder, keypoint.pixel);
+            }
+        }
+        let Some(pictures) = self.pictures.as_deref_mut() else { return Ok(MovedBy::Nothing) };
         let wheels = pictures.steps.map(|read| self.map.filter().driven(&read).0);
         let step = pictures.visual.follow(&finder, time, wheels.as_ref(), seen)?;
         pictures.pixels.look(step.as_ref());
         let moved_by = pictures.moved_by(step.as_ref(), wheels.is_some());
+        let seconds = (time - self.map.filter().time()) as f32;
+        if let Some(step) = step.as_ref().filter(|_| wheels.is_none() && seconds > 0.0) {
+            self.velocity = Some(Vector2::new(step.increment.delta.x, step.increment.delta.z) / seconds);
+        }
         (pictures.steps, pictures.moved_early) = (None, false);
         let (waiting, filter) = (pictures.waiting.take(), self.map.filter_mut());
         match (moved_by, step, waiting) {

@@ -16,6 +16,7 @@ use super::config::{
     EXTRACTED, EXTRACTED_REFERENCES, FILTERED, FILTERED_REFERENCES, MEASURED, MEASURED_REFERENCES,
 };
 use super::motion_noise::{MOTION_NOISE, MOTION_NOISE_REFERENCES};
+use super::shutter::{SHUTTER, SHUTTER_REFERENCES};
 use crate::Result;
 use crate::lines::{EXTRACT, EXTRACT_REFERENCES};
 use crate::setting::{Reference, Row, Setting, Slot, Value};
@@ -30,6 +31,7 @@ pub fn settings() -> impl Iterator<Item = (&'static Setting, &'static Reference)
         .chain(described(&MOTION_NOISE, &MOTION_NOISE_REFERENCES))
         .chain(described(&MEASURED, &MEASURED_REFERENCES))
         .chain(described(&MAP, &MAP_REFERENCES))
+        .chain(described(&SHUTTER, &SHUTTER_REFERENCES))
 }
 
 fn described<C>(
@@ -51,6 +53,7 @@ pub fn setting_number(name: &str) -> Option<u8> {
         .or_else(|| number(&MOTION_NOISE, name))
         .or_else(|| number(&MEASURED, name))
         .or_else(|| number(&MAP, name))
+        .or_else(|| number(&SHUTTER, name))
 }
 
 impl Config {
@@ -90,6 +93,7 @@ impl Config {
         at(&MOTION_NOISE, &mut self.motion, number, show);
         at(&MEASURED, self, number, show);
         at(&MAP, &mut self.map, number, show);
+        at(&SHUTTER, self, number, show);
     }
 }
 

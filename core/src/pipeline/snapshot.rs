@@ -74,6 +74,7 @@ impl<S: Storage> Pipeline<S> {
     /// Forgets what belongs to the place before.
     fn begin_anew(&mut self) {
         self.intervals = Intervals::default();
+        self.velocity = None;
         #[cfg(all(feature = "alloc", feature = "sift"))]
         self.forget_pictures();
     }

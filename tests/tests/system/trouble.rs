@@ -1,4 +1,4 @@
-//! Wheels that read wrongly all the time, a camera that is knocked, and a robot that pitches, in a simulated corridor whose corners are given exactly
+//! Wheels that read wrongly all the time, a camera that is knocked, a robot that pitches, and a rolling shutter, in a simulated corridor whose corners are given exactly
 //! but for their noise. With pictures: `cargo run -p monorange-tests --example trouble`.
 use monorange_core::geometry::{Mount, RangeFinder, wrap_angle};
 use monorange_core::lines::Corner;
@@ -161,4 +161,53 @@ fn a_robot_that_pitches_is_ranged_with_the_attitude_of_its_own_picture() {
         assert!(wrong.range_error > 0.06, "the law is about something: {}", wrong.range_error);
         assert_ne!(wrong.pipeline.health().verdict(), Verdict::Consistent);
     }
+}
+
+/// The middle one of the corners' errors of bearing (rad), of a robot that turns by 0.4 to 0.6 rad/s, by a shutter of 33 ms.
+fn error_in_turns(readout: f32) -> f64 {
+    let looks = SceneConfig { seed: 28, ..Default::default() };
+    let (frames, rig) = (300, default_rig().unwrap());
+    let drive = SimConfig {
+        seed: 28,
+        frames,
+        walkers: 0,
+        interval: 0.2,
+        speed: 0.8,
+        readout: 0.033,
+        ..Default::default()
+    };
+    let simulation = Simulation::new(Scene::office(&looks), rig, drive).unwrap();
+    let config = Config { readout, ..config_for(&simulation).unwrap() };
+    let memory = Memory::on_heap(rig.camera().width(), rig.camera().height(), 256);
+    let mut pipeline = Pipeline::new(config, memory).unwrap();
+    let mut errors = Vec::new();
+    for frame in 1..frames {
+        let (time, twist) = (simulation.time(frame), simulation.true_twist(frame));
+        let (v, omega) = (twist.speed as f32, twist.turn as f32);
+        pipeline.odometry(time, &Odometry::Velocity { v, omega, seconds: 0.2 }).unwrap();
+        let truth = simulation.visible_corners(frame);
+        let covariance = Matrix2::identity() * 0.01;
+        let exact = truth.iter().filter(|corner| corner.range < 5.0).map(|corner| Corner {
+            pixel: corner.pixel.cast(),
+            covariance,
+            ..Default::default()
+        });
+        let exact: Vec<_> = exact.take(16).collect();
+        let near: Vec<_> = truth.iter().filter(|corner| corner.range < 5.0).take(16).collect();
+        let report = pipeline.observe(time, &exact).unwrap();
+        if (0.4..0.6).contains(&twist.turn.abs()) && report.corners.len() == near.len() {
+            let pairs = report.corners.iter().zip(near);
+            errors.extend(pairs.map(|(found, truth)| (f64::from(found.bearing) - truth.bearing).abs()));
+        }
+    }
+    assert!(errors.len() > 50, "{} corners in turns", errors.len());
+    errors.sort_by(f64::total_cmp);
+    median(&errors)
+}
+
+#[test]
+fn a_rolling_shutter_that_is_told_of_hardly_bends_a_turn() {
+    let [untold, told] = [0.0, 0.033].map(error_in_turns);
+    println!("bearings are {:.4}° off, {:.4}° told of it", untold.to_degrees(), told.to_degrees());
+    assert!(told < untold / 5.0, "{told} rad of {untold}");
 }
