@@ -4,7 +4,7 @@ use monorange_formats::{
     Error, Result,
     bags::{self, Recording},
     evaluation::{MAX_TRUTH_GAP, Truth},
-    files::{Odometry, Rig, Stamped, read_trajectory},
+    files::{Attitudes, Odometry, Rig, Stamped, read_trajectory},
     pictures::{self, Frames, Picture},
     plausibility,
 };
@@ -19,6 +19,8 @@ pub struct SequenceFiles<'a> {
     pub times: Option<&'a Path>,
     /// Wheel odometry.
     pub odometry: Option<&'a Path>,
+    /// How the robot leans.
+    pub attitude: Option<&'a Path>,
     /// True trajectory.
     pub truth: Option<&'a Path>,
 }
@@ -32,6 +34,8 @@ pub struct Sequence {
     pub times: Vec<f64>,
     /// Wheel odometry, which covers the pictures' times.
     pub odometry: Option<Odometry>,
+    /// How the robot leans.
+    pub attitudes: Option<Attitudes>,
     /// True poses; none without a file.
     pub truth: Vec<Stamped>,
     /// The folder of the pictures, or the recording.
@@ -85,10 +89,11 @@ impl Sequence {
         if let (Some(odometry), Some(path)) = (&odometry, files.odometry) {
             odometry.check_cover(path, &times)?;
         }
+        let attitudes = attitudes(files.attitude, &times)?;
         let truth = true_poses(files.truth, &times)?;
         warnings::say();
         let images = images.into_iter().map(Frame::File).collect();
-        Ok(Self { images, times, odometry, truth, folder })
+        Ok(Self { images, times, odometry, attitudes, truth, folder })
     }
 
     /// The parts of a recording, with odometry and truth from files where these are given.
@@ -107,11 +112,20 @@ impl Sequence {
             read.check_cover(path, &times)?;
             odometry = Some(read);
         }
+        let attitudes = attitudes(files.attitude, &times)?;
         let truth = true_poses(files.truth, &times)?;
         warnings::say();
         let images = frames.into_iter().map(Frame::Message).collect();
-        Ok(Self { images, times, odometry, truth, folder: files.frames.to_owned() })
+        Ok(Self { images, times, odometry, attitudes, truth, folder: files.frames.to_owned() })
     }
+}
+
+/// How the robot leans, by a file.
+fn attitudes(path: Option<&Path>, times: &[f64]) -> Result<Option<Attitudes>> {
+    let Some(path) = path else { return Ok(None) };
+    let attitudes = Attitudes::read(path)?;
+    attitudes.check_cover(path, times)?;
+    Ok(Some(attitudes))
 }
 
 /// The true poses of a file; none without one.

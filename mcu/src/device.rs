@@ -209,6 +209,7 @@ impl<E: Engine> Dispatch<E> {
             HostMessage::Ask(Ask::Map) => self.map(port),
             HostMessage::Ask(Ask::Statistics) => self.statistics(board, port),
             HostMessage::Range(range) => self.ranges(range, port),
+            HostMessage::Attitude(attitude) => self.attitude(attitude, port),
             HostMessage::Text(text) => {
                 self.link.text = *text;
                 self.introduce::<B>(port);
@@ -253,6 +254,15 @@ impl<E: Engine> Dispatch<E> {
     /// Another number after every restart and every reset; the two cannot make up for each other.
     fn reset_count(&self) -> u8 {
         self.restarts.runs << 4 | self.restarts.resets & 0xf
+    }
+
+    fn attitude(&mut self, attitude: &Attitude, port: &mut impl Write) {
+        if !self.engine.is_configured() {
+            return self.fault(Cause::NotConfigured, 0, port);
+        }
+        if self.engine.attitude(attitude).is_err() {
+            self.fault(Cause::Odometry, 2, port);
+        }
     }
 
     fn odometry(&mut self, odometry: &Odometry, port: &mut impl Write) {

@@ -1,7 +1,7 @@
 //! What the device runs, as the device sees it.
 use crate::meter::Stage;
 use monorange_protocol::message::{
-    Configure, Corners, FrameBegin, Landmark, Observation, Odometry, Ranged, Spot,
+    Attitude, Configure, Corners, FrameBegin, Landmark, Observation, Odometry, Ranged, Spot,
 };
 
 /// What fits.
@@ -56,6 +56,12 @@ pub trait Engine {
     /// # Errors
     /// A number that is not finite, or time that runs backwards; nothing moves then.
     fn odometry(&mut self, odometry: &Odometry) -> Result<(), monorange_core::Error>;
+
+    /// The robot leans so when the next picture is taken.
+    ///
+    /// # Errors
+    /// An angle that is not finite, or one that no robot leans by; nothing changes then.
+    fn attitude(&mut self, attitude: &Attitude) -> Result<(), monorange_core::Error>;
 
     /// A picture begins.
     ///

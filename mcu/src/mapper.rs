@@ -221,6 +221,11 @@ impl Engine for Mapper {
         pipeline.odometry(time, &conversion::odometry_from_message(odometry))
     }
 
+    fn attitude(&mut self, attitude: &Attitude) -> Result<(), Error> {
+        let Some(pipeline) = &mut self.pipeline else { return Ok(()) };
+        pipeline.attitude(attitude.pitch, attitude.roll, attitude.std)
+    }
+
     fn begin(&mut self, picture: &FrameBegin) -> Result<(), Error> {
         let Some(pipeline) = &mut self.pipeline else { return Ok(()) };
         let camera = pipeline.config().finder.camera();

@@ -21,7 +21,7 @@
 
 enum { /* host to device */
     MO_HELLO = 0x01, MO_CONFIGURE, MO_ODOMETRY, MO_FRAME_BEGIN, MO_ROWS, MO_FRAME_END, MO_CORNERS, MO_RESET,
-    MO_SAVE_STATE, MO_RESTORE_STATE, MO_TIME_SYNC, MO_ASK, MO_RANGE, MO_TEXT
+    MO_SAVE_STATE, MO_RESTORE_STATE, MO_TIME_SYNC, MO_ASK, MO_RANGE, MO_TEXT, MO_ATTITUDE
 };
 enum { /* device to host */
     MO_INFO = 0x81, MO_OBSERVATIONS, MO_POSE, MO_MAP, MO_STATISTICS, MO_CREDIT, MO_FAULT, MO_LAST_PANIC, MO_STATE,
@@ -199,6 +199,13 @@ static inline int mo_moved(mo_client *c, uint64_t until_us, float seconds, float
     mo_f32(c, seconds);
     mo_uint(c, 1);
     mo_f32s(c, motion, 3);
+    return mo_send(c);
+}
+/* How the robot leans when the next picture is taken, rad: nose down and left side up are positive. */
+static inline int mo_attitude(mo_client *c, float pitch, float roll, float std) {
+    const float lean[3] = {pitch, roll, std};
+    mo_begin(c, MO_ATTITUDE);
+    mo_f32s(c, lean, 3);
     return mo_send(c);
 }
 static inline int mo_frame_begin(mo_client *c, uint32_t frame, uint64_t time_us, uint16_t left, uint16_t top,

@@ -121,16 +121,25 @@ impl<S: Read + Write> Client<S> {
         self.stream.write_all(line)
     }
 
-    /// Sends a picture with the motion before it, and returns what the device says of it.
+    /// Sends a picture with the motion before it and how the robot leans, if that is known, and returns what the device says of it.
     ///
     /// # Errors
     /// As [`send`](Self::send), and [`io::ErrorKind::TimedOut`] when no pose comes; [`io::ErrorKind::ConnectionReset`] when
     /// the device has restarted.
-    pub fn frame(&mut self, motion: &[Odometry], begin: &FrameBegin, pixels: &[u8]) -> io::Result<Answer> {
+    pub fn frame(
+        &mut self,
+        motion: &[Odometry],
+        lean: Option<Attitude>,
+        begin: &FrameBegin,
+        pixels: &[u8],
+    ) -> io::Result<Answer> {
         let mut answer = Answer::default();
         let mut absorb = |message: &DeviceMessage<'_>| answer.absorb(message);
         for odometry in motion {
             self.send(&HostMessage::Odometry(*odometry), &mut absorb)?;
+        }
+        if let Some(lean) = lean {
+            self.send(&HostMessage::Attitude(lean), &mut absorb)?;
         }
         self.send(&HostMessage::FrameBegin(*begin), &mut absorb)?;
         let width = usize::from(begin.width).max(1);

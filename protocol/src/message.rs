@@ -101,6 +101,8 @@ messages! {
         Range(Range) = 0x0d,
         /// Answer in lines of text, or in frames again. Answered by [`Info`].
         Text(Text) = 0x0e,
+        /// How the robot leans when the next picture is taken.
+        Attitude(Attitude) = 0x0f,
     }
 }
 

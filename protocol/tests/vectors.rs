@@ -68,6 +68,7 @@ fn host_messages() -> Vec<HostMessage<'static>> {
             spots: few(&[Spot::Pixel([100.5, 180.25]), Spot::Box([20.0, 60.0, 40.0, 200.5])]),
         }),
         HostMessage::Text(Text::Lines),
+        HostMessage::Attitude(Attitude { pitch: 0.03125, roll: -0.015625, std: 0.003 }),
     ]
 }
 

@@ -3,7 +3,7 @@ use monorange_formats::files::Rig;
 use monorange_protocol::{
     client::Client,
     conversion,
-    message::{Answers, Cause, DeviceMessage, FrameBegin, HostMessage, Motion, Odometry},
+    message::{Answers, Attitude, Cause, DeviceMessage, FrameBegin, HostMessage, Motion, Odometry},
 };
 use numpy::PyReadonlyArray2;
 use pyo3::{
@@ -74,6 +74,7 @@ pub(crate) struct Device {
     rig: Rig,
     frame: u32,
     motion: Vec<Odometry>,
+    lean: Option<Attitude>,
 }
 
 #[pymethods]
@@ -123,7 +124,7 @@ impl Device {
                 false => Ok(client),
             }
         });
-        Ok(Self { client: client.map_err(lost)?, rig, frame: 0, motion: Vec::new() })
+        Ok(Self { client: client.map_err(lost)?, rig, frame: 0, motion: Vec::new(), lean: None })
     }
 
     /// What the wheels say from `start` to `end` (s): forward speed (m/s), turn rate (rad/s). Goes with the next picture.
@@ -133,6 +134,17 @@ impl Device {
         }
         let motion = Motion::Velocity { speed: v as f32, turn: omega as f32 };
         self.motion.push(Odometry { until_us: microseconds(end), duration: (end - start) as f32, motion });
+        Ok(())
+    }
+
+    /// How the robot leans when the next picture is taken (rad; nose down and left side up are positive), and the standard deviation of each
+    /// angle. Goes with that picture.
+    #[pyo3(signature = (pitch, roll, std = 0.003))]
+    fn attitude(&mut self, pitch: f64, roll: f64, std: f64) -> PyResult<()> {
+        if !(pitch.abs() <= 0.8 && roll.abs() <= 0.8 && (0.0..=0.8).contains(&std)) {
+            return Err(value("pitch, roll and std are radians, of at most 0.8"));
+        }
+        self.lean = Some(Attitude { pitch: pitch as f32, roll: roll as f32, std: std as f32 });
         Ok(())
     }
 
@@ -153,8 +165,8 @@ impl Device {
         let begin =
             FrameBegin { frame: self.frame, time_us: microseconds(time), left: 0, top: 0, width, height };
         let motion = std::mem::take(&mut self.motion);
-        let client = &mut self.client;
-        let answer = py.detach(|| client.frame(&motion, &begin, pixels)).map_err(lost)?;
+        let (lean, client) = (self.lean.take(), &mut self.client);
+        let answer = py.detach(|| client.frame(&motion, lean, &begin, pixels)).map_err(lost)?;
         self.frame += 1;
         let step = PyDict::new(py);
         step.set_item("time", time)?;

@@ -84,6 +84,17 @@ impl Drive {
         Ok(())
     }
 
+    /// How the robot leans when the next picture is taken, by an IMU.
+    ///
+    /// Args:
+    ///     pitch: about its y axis, nose down is positive, rad.
+    ///     roll: about its x axis, left side up is positive, rad.
+    ///     std: standard deviation of each, rad.
+    #[pyo3(signature = (pitch, roll, std = 0.003))]
+    fn attitude(&mut self, pitch: f64, roll: f64, std: f64) -> PyResult<()> {
+        self.pipeline.attitude(pitch as f32, roll as f32, std as f32).map_err(value)
+    }
+
     /// Takes a picture, and gives where the robot is and what was seen.
     ///
     /// Args:

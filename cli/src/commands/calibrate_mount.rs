@@ -211,7 +211,7 @@ fn from_frames(arguments: &Arguments, rig: &Rig, frames: &Path) -> Result<Calibr
     let (times, odometry) = (arguments.times.as_deref(), arguments.odometry.as_deref());
     match evidence {
         Evidence::Drive => {
-            let files = SequenceFiles { frames, times, odometry, truth: None };
+            let files = SequenceFiles { frames, times, odometry, attitude: None, truth: None };
             calibration::from_drive(rig, &Sequence::read(files, rig)?, chosen)
         }
         _ => calibration::from_verticals(rig, frames, chosen),

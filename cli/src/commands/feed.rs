@@ -23,7 +23,11 @@ use monorange_formats::{
     files::{MapPoint, Stamped},
     report::{OUTPUTS, Observation, Run},
 };
-use monorange_protocol::{client::Answer, conversion, message};
+use monorange_protocol::{
+    client::Answer,
+    conversion,
+    message::{self, Attitude},
+};
 use nalgebra::{Matrix2, Matrix3, Vector2};
 use session::{Failure, Saved, Session};
 use std::{
@@ -247,7 +251,12 @@ impl Drive<'_> {
         let motion: Vec<_> = motion.collect();
         *reached = *time;
         let time_us = conversion::us_from_seconds(time - self.start);
-        let answer = self.session.frame(frame as u32, time_us, &motion, &picture)?;
+        let lean = self.sequence.attitudes.as_ref().and_then(|attitudes| attitudes.at(*time));
+        let lean = lean.map(|lean| {
+            let [pitch, roll, std] = lean.map(|number| number as f32);
+            Attitude { pitch, roll, std }
+        });
+        let answer = self.session.frame(frame as u32, time_us, (&motion, lean), &picture)?;
         self.note(frame, *time, &answer);
         if let (Some(mavlink), Some(pose)) = (&mut self.mavlink, &answer.pose) {
             let told = mavlink.frame(frame, *time, pose, &picture, self.sequence.odometry.as_ref());

@@ -60,6 +60,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         frames: &arguments.frames,
         times: arguments.times.as_deref(),
         odometry: arguments.odometry.as_deref(),
+        attitude: None,
         truth: None,
     };
     let sequence = Sequence::read(files, &rig)?;

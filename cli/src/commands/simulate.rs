@@ -17,7 +17,8 @@ use std::path::PathBuf;
 /// Pictures, odometry and a laser of a drive through a made-up place, with the truth about all of it.
 ///
 /// Writes a new folder: `frames/000000.png …`, `rig.toml`, `times.txt`, `odometry.csv` (`t,v,omega`), `truth.tum`,
-/// `landmarks.csv` (`id,x,y`, every true floor corner) and `laser.csv` (`t,bearing,range,x,y`). The world is the
+/// `landmarks.csv` (`id,x,y`, every true floor corner) and `laser.csv` (`t,bearing,range,x,y`); of a robot that pitches
+/// `attitude.csv` as well (`t,pitch,roll`, exact). The world is the
 /// robot's first pose: x ahead, y to the left.
 #[derive(Args, Debug)]
 #[command(after_help = "\
@@ -33,7 +34,7 @@ pub struct Arguments {
     /// People who cross and stop.
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u16).range(0..=100))]
     walkers: u16,
-    /// Degrees by which the robot pitches to either side, once a second; `sway` in the rig's `[filter]` tells `slam` so.
+    /// Degrees by which the robot pitches to either side, once a second; `--attitude`, or `sway` in the rig's `[filter]`, tells `slam` so.
     #[arg(long, default_value_t = 0.0, value_name = "DEG")]
     pitch: f64,
     /// Seconds from the first row's exposure to the last one's, of a rolling shutter; `readout` in the rig's `[shutter]` tells `slam` so.
@@ -136,6 +137,16 @@ fn write_tables(simulation: &Simulation, folder: &NewFolder) -> Result<()> {
             writeln!(out, "{},{},{}", time(simulation, frame), twist.speed, twist.turn)
         })
     })?;
+    if simulation.config().pitch > 0.0 {
+        let level = simulation.rig().mount().parameters()[1];
+        folder.write("attitude.csv", |out| {
+            writeln!(out, "t,pitch,roll")?;
+            frames().try_for_each(|frame| {
+                let tilt = simulation.true_rig(frame).mount().parameters()[1];
+                writeln!(out, "{},{},0", time(simulation, frame), tilt - level)
+            })
+        })?;
+    }
     folder.write("truth.tum", |out| {
         let stamped = |frame| Stamped { time: time(simulation, frame), pose: pose(frame), covariance: None };
         write_tum(out, &frames().map(stamped).collect::<Vec<_>>())

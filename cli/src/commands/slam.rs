@@ -255,6 +255,11 @@ impl<'a> Drive<'a> {
             way += control.way();
         }
         self.reached = time;
+        if let Some(lean) = self.sequence.attitudes.as_ref().and_then(|attitudes| attitudes.at(time)) {
+            let [pitch, roll, std] = lean.map(|number| number as f32);
+            self.pipeline.attitude(pitch, roll, std).map_err(Error::new)?;
+            self.recovery.attitude(pitch, roll, std).map_err(Error::new)?;
+        }
         self.frozen.look(&picture.pixels, way);
         let (mut spent, mut clock) = (vec![read_ms], Instant::now());
         let ended = |_| {

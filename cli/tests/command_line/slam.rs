@@ -206,3 +206,28 @@ fn the_real_road_is_driven_to_its_end() {
     assert_eq!((&report["frames_used"], &report["left_out"]), (&51.into(), &serde_json::json!([])));
     assert!((report["path"].as_f64().unwrap() - 59.9).abs() < 3.0, "{report:#}");
 }
+
+#[test]
+fn a_robot_that_pitches_is_mapped_with_the_attitude_that_an_imu_tells() {
+    let folder = Folder::new();
+    folder.run("simulate --scene corridor --frames 60 --walkers 0 --seed 3 --pitch 1.5 --out sim").success();
+    let slam =
+        "slam --rig sim/rig.toml --frames sim/frames --odometry sim/odometry.csv --truth sim/truth.tum";
+    folder.run(&format!("{slam} --attitude sim/attitude.csv --out told")).success();
+    folder.run(&format!("{slam} --out untold")).success();
+    let of = |out: &str| -> serde_json::Value {
+        serde_json::from_str(&folder.read(&format!("{out}/report.json"))).unwrap()
+    };
+    let (told, untold) = (of("told"), of("untold"));
+    assert_eq!(told["verdict"], "consistent", "{told:#}");
+    assert_eq!(untold["verdict"], "doubtful", "{untold:#}");
+    assert!(untold["reason"].as_str().unwrap().contains("pitches"), "{untold:#}");
+    assert!(untold["warnings"].to_string().contains("sway = "), "{untold:#}");
+
+    folder.write("degrees.csv", "t,pitch,roll\n0,1.5,0\n36,1.5,0\n");
+    let refused = folder.run(&format!("{slam} --attitude degrees.csv --out no"));
+    assert!(refused.stderr.contains("degrees.csv") && refused.stderr.contains("radians"), "{refused:?}");
+    folder.write("later.csv", "t,pitch,roll\n900,0,0\n");
+    let refused = folder.run(&format!("{slam} --attitude later.csv --out no"));
+    assert!(refused.stderr.contains("later.csv") && refused.stderr.contains("900 s"), "{refused:?}");
+}

@@ -1,4 +1,5 @@
 //! Pixel ↔ ray ↔ floor ↔ range and bearing, and plane poses.
+mod attitude;
 mod camera;
 mod lens;
 mod mount;

@@ -2,7 +2,7 @@
 use super::MotionNoise;
 #[cfg(all(feature = "alloc", feature = "sift"))]
 use super::VisualConfig;
-use super::shutter::SHUTTER;
+use super::steady::SHUTTER;
 use crate::association::Carrier;
 use crate::geometry::{MOUNT_STD_BY_HAND, RangeFinder};
 use crate::lines::ExtractConfig;

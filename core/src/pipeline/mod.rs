@@ -29,9 +29,9 @@ mod recovery;
 mod relocation;
 mod report;
 mod settings;
-mod shutter;
 mod sightings;
 mod snapshot;
+mod steady;
 mod storage;
 mod sway;
 #[cfg(all(feature = "alloc", feature = "sift"))]
@@ -60,10 +60,11 @@ use crate::image::Grey;
 use crate::lines::{Corner, EdgePoint, Extraction, Extractor, MAX_CORNERS, Truncations};
 use crate::slam::{Feature, Filter, Health, Increment, Landmark, Map, MapReport, Outcome};
 use coverage::Intervals;
-use nalgebra::{Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix3, Vector3};
 #[cfg(all(feature = "alloc", feature = "sift"))]
 use pictures::Pictures;
 use sightings::{Sightings, alike};
+use steady::Moment;
 
 /// The whole pipeline over memory of the kind `S`.
 ///
@@ -94,8 +95,7 @@ pub struct Pipeline<S: Storage> {
     map: Map<f32, S::Numbers, S::Landmarks>,
     frame: u32,
     intervals: Intervals,
-    /// Last known, m/s and rad/s.
-    velocity: Option<Vector2<f32>>,
+    moment: Moment,
     /// What pictures tell beside their corners, where they are asked.
     #[cfg(all(feature = "alloc", feature = "sift"))]
     pictures: Option<alloc::boxed::Box<Pictures>>,
@@ -128,7 +128,7 @@ impl<S: Storage> Pipeline<S> {
             map,
             frame: 0,
             intervals: Intervals::default(),
-            velocity: None,
+            moment: Moment::default(),
         })
     }
 
@@ -169,7 +169,7 @@ impl<S: Storage> Pipeline<S> {
     /// [`Error::OutOfRange`](crate::Error::OutOfRange) for a number that is not finite.
     pub fn odometry(&mut self, time: f64, odometry: &Odometry) -> Result<()> {
         self.moved(time, &self.config.motion.increment(odometry))?;
-        self.velocity = shutter::velocity(odometry);
+        self.moment.note(odometry);
         self.intervals.reading(time, odometry.seconds().into());
         Ok(())
     }
@@ -368,7 +368,7 @@ impl<S: Storage> Pipeline<S> {
         self.advance(time)?;
         let mut outcomes = [Outcome::default(); MAX_CORNERS];
         let looks_alike = |index: usize, landmark: &Landmark<f32>| seen.looks_alike(index, landmark);
-        self.map.filter_mut().sway();
+        self.sway();
         let map = self.map.observe(&seen.features, looks_alike, &mut outcomes)?;
         self.range_again(report);
         for (corner, outcome) in report.corners.iter_mut().zip(&outcomes) {
@@ -391,6 +391,7 @@ impl<S: Storage> Pipeline<S> {
         report.odometry = self.intervals.picture(time);
         report.map = map;
         report.truncations = Default::default();
+        self.moment.lean = None;
     }
 
     /// Takes what another sensor measured at `time`: a laser's corners by range and bearing, a beacon's range.

@@ -187,9 +187,9 @@ impl<S: Storage> Pipeline<S> {
             Some(features) => features,
             None => pictures.detect(finder.camera().width(), finder.camera().height())?,
         };
-        if self.config.readout > 0.0 {
+        if !self.is_steady() {
             for keypoint in &mut seen.keypoints {
-                keypoint.pixel = self.with_middle_row(&finder, keypoint.pixel);
+                keypoint.pixel = self.steady(&finder, keypoint.pixel);
             }
         }
         let Some(pictures) = self.pictures.as_deref_mut() else { return Ok(MovedBy::Nothing) };
@@ -199,7 +199,8 @@ impl<S: Storage> Pipeline<S> {
         let moved_by = pictures.moved_by(step.as_ref(), wheels.is_some());
         let seconds = (time - self.map.filter().time()) as f32;
         if let Some(step) = step.as_ref().filter(|_| wheels.is_none() && seconds > 0.0) {
-            self.velocity = Some(Vector2::new(step.increment.delta.x, step.increment.delta.z) / seconds);
+            self.moment.velocity =
+                Some(Vector2::new(step.increment.delta.x, step.increment.delta.z) / seconds);
         }
         (pictures.steps, pictures.moved_early) = (None, false);
         let (waiting, filter) = (pictures.waiting.take(), self.map.filter_mut());

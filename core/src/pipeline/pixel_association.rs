@@ -171,7 +171,7 @@ impl<S: Storage> Pipeline<S> {
         let mut seen = Sightings::default();
         self.sight_all(corners, &mut seen, &mut report.corners);
         self.advance(time)?;
-        self.map.filter_mut().sway();
+        self.sway();
         let camera = *self.finder().camera();
         let Some(pictures) = self.pictures.as_deref_mut() else {
             return self.observe_into(time, corners, report);

@@ -102,6 +102,14 @@ impl Recovery {
         self.second.as_mut().map_or(Ok(()), |second| second.pipeline.odometry(time, odometry))
     }
 
+    /// Takes what the pipeline was given by [`Pipeline::attitude`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn attitude(&mut self, pitch: f32, roll: f32, std: f32) -> Result<()> {
+        self.second.as_mut().map_or(Ok(()), |second| second.pipeline.attitude(pitch, roll, std))
+    }
+
     /// Whether the robot is missed, and looked for.
     pub fn is_looking(&self) -> bool {
         self.second.is_some()

@@ -16,7 +16,7 @@ use super::config::{
     EXTRACTED, EXTRACTED_REFERENCES, FILTERED, FILTERED_REFERENCES, MEASURED, MEASURED_REFERENCES,
 };
 use super::motion_noise::{MOTION_NOISE, MOTION_NOISE_REFERENCES};
-use super::shutter::{SHUTTER, SHUTTER_REFERENCES};
+use super::steady::{SHUTTER, SHUTTER_REFERENCES};
 use crate::Result;
 use crate::lines::{EXTRACT, EXTRACT_REFERENCES};
 use crate::setting::{Reference, Row, Setting, Slot, Value};

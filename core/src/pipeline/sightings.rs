@@ -26,7 +26,7 @@ impl<S: Storage> Pipeline<S> {
 
     /// A corner as the filter takes it, or `None` where it has no range worth the name.
     fn sight(&self, finder: &RangeFinder<f32>, corner: &Corner) -> Option<(CornerReport, Feature<f32>)> {
-        let (pixel, floor) = (self.with_middle_row(finder, corner.pixel), self.config.corner_std_floor_px);
+        let (pixel, floor) = (self.steady(finder, corner.pixel), self.config.corner_std_floor_px);
         let covariance = corner.covariance + Matrix2::identity() * (floor * floor);
         let sighting = finder.sight(pixel).ok()?;
         if sighting.range > self.config.max_range() {

@@ -1,5 +1,6 @@
 //! A pipeline's state as bytes, and its memory back.
 use super::coverage::Intervals;
+use super::steady::Moment;
 use super::{Memory, Pipeline, Storage};
 use crate::slam::{Landmark, MAP_BYTES, Map, SavedMap, snapshot_len};
 use crate::{Error, Result};
@@ -74,7 +75,7 @@ impl<S: Storage> Pipeline<S> {
     /// Forgets what belongs to the place before.
     fn begin_anew(&mut self) {
         self.intervals = Intervals::default();
-        self.velocity = None;
+        self.moment = Moment::default();
         #[cfg(all(feature = "alloc", feature = "sift"))]
         self.forget_pictures();
     }

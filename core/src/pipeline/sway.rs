@@ -2,9 +2,20 @@
 use super::{Pipeline, Report, Storage};
 
 impl<S: Storage> Pipeline<S> {
-    /// Ranges the corners with the attitude of their own picture.
+    /// By how much tilt and roll may have changed since the last picture, rad.
+    fn swayed_by(&self) -> f32 {
+        self.moment.lean.map_or(self.config.sway, |lean| lean.std)
+    }
+
+    /// Lets the mount's attitude change since the last picture.
+    pub(super) fn sway(&mut self) {
+        let std = self.swayed_by();
+        self.map.filter_mut().sway(std);
+    }
+
+    /// Ranges the corners with the attitude of their own picture, if it has one.
     pub(super) fn range_again(&self, report: &mut Report) {
-        if self.config.sway == 0.0 {
+        if self.swayed_by() == 0.0 {
             return;
         }
         let finder = self.finder();

@@ -1,6 +1,7 @@
 //! The files that are read and written, one module a format.
 //!
 //! Text files are read whole, so that a mistake on the last line is found before anything is written.
+mod attitude;
 mod camera;
 pub mod inputs;
 mod map;
@@ -19,6 +20,7 @@ mod table;
 mod times;
 mod trajectory;
 
+pub use attitude::Attitudes;
 pub use camera::{Intrinsics, read_camera_info, read_camera_of};
 pub use map::{MapPoint, confirmed_map, read_map, write_map, write_ply};
 pub use map_file::MapFile;

@@ -12,9 +12,9 @@ use monorange_protocol::{
     conversion::message_from_config,
     frame::{Deframer, LinkCounts, MAX_ENCODED},
     message::{
-        Answers, Cause, Configure, Corners, CostUnit, Credit, Decision, DeviceMessage, FrameBegin, FrameEnd,
-        Hello, HostMessage, Landmark, Motion, Observation, Odometry, Pose, Ranged, Restarts, Rows, Sight,
-        Spot, Statistics,
+        Answers, Attitude, Cause, Configure, Corners, CostUnit, Credit, Decision, DeviceMessage, FrameBegin,
+        FrameEnd, Hello, HostMessage, Landmark, Motion, Observation, Odometry, Pose, Ranged, Restarts, Rows,
+        Sight, Spot, Statistics,
     },
 };
 
@@ -23,6 +23,7 @@ use monorange_protocol::{
 pub(crate) struct Fake {
     configured: bool,
     pub(crate) moved: f32,
+    pub(crate) leans: Vec<f32>,
     pub(crate) pictures: Vec<(u32, u32)>,
     pub(crate) abandoned: u32,
     picture: Option<(FrameBegin, Vec<u8>)>,
@@ -51,6 +52,17 @@ impl Engine for Fake {
             return Err(Error::OutOfRange { name: "speed", value: speed.into(), expected: "finite" });
         }
         self.moved += odometry.duration * speed;
+        Ok(())
+    }
+    fn attitude(&mut self, attitude: &Attitude) -> Result<(), Error> {
+        if !attitude.pitch.is_finite() {
+            return Err(Error::OutOfRange {
+                name: "pitch",
+                value: attitude.pitch.into(),
+                expected: "finite",
+            });
+        }
+        self.leans.push(attitude.pitch);
         Ok(())
     }
     fn begin(&mut self, picture: &FrameBegin) -> Result<(), Error> {

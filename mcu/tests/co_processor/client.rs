@@ -29,7 +29,7 @@ fn a_picture_larger_than_the_window_is_sent_as_the_device_takes_it() {
     client.send(&HostMessage::Configure(configuration()), &mut |_| ()).unwrap();
     let begin = FrameBegin { frame: 3, time_us: 7, left: 0, top: 0, width: 320, height: 240 };
     let pixels: Vec<u8> = (0..320 * 240).map(|at| (at % 251) as u8).collect();
-    let answer = client.frame(&[], &begin, &pixels).unwrap();
+    let answer = client.frame(&[], None, &begin, &pixels).unwrap();
     let pose = answer.pose.unwrap();
     assert_eq!((pose.frame, pose.predicted_only, answer.observations.len()), (3, false, 30));
     let checksum = monorange_protocol::frame::checksum(&pixels);

@@ -87,6 +87,15 @@ fn motion_that_is_no_number_is_refused() {
 }
 
 #[test]
+fn how_the_robot_leans_reaches_the_engine_and_no_number_does() {
+    let mut talk = Talk::configured();
+    let lean = |pitch| HostMessage::Attitude(Attitude { pitch, roll: 0.0, std: 0.003 });
+    assert_eq!(faults(&talk.say(&lean(0.02))), []);
+    assert_eq!(faults(&talk.say(&lean(f32::NAN))), [(Cause::Odometry, 2)]);
+    assert_eq!(talk.device.engine().leans, [0.02]);
+}
+
+#[test]
 fn nothing_is_done_before_the_configuration() {
     let mut talk = Talk::new();
     let said = talk.picture(1, &ROWS);

@@ -9,8 +9,8 @@ use monorange_protocol::{
     conversion::*,
     frame::MAX_ENCODED,
     message::{
-        Answers, DeviceMessage, FrameBegin, FrameEnd, HostMessage, Landmark, MAX_LANDMARKS, MAX_OBSERVATIONS,
-        Map, Observation, Observations, Pose, Rows,
+        Answers, Attitude, DeviceMessage, FrameBegin, FrameEnd, HostMessage, Landmark, MAX_LANDMARKS,
+        MAX_OBSERVATIONS, Map, Observation, Observations, Pose, Rows,
     },
 };
 use monorange_sim::{Scene, SceneConfig, SimConfig, Simulation, default_rig};
@@ -43,6 +43,7 @@ pub(crate) fn config_for(simulation: &Simulation) -> Config {
 pub(crate) struct Step {
     time_us: u64,
     odometry: Option<Odometry>,
+    lean: Option<Attitude>,
     /// Pixels in a row, and rows.
     size: [usize; 2],
     pixels: Vec<u8>,
@@ -57,7 +58,10 @@ pub(crate) fn step(simulation: &Simulation, frame: usize) -> Step {
             (simulation.odometry(before), simulation.time(frame) - simulation.time(before));
         Odometry::Velocity { v: twist.speed as f32, omega: twist.turn as f32, seconds: seconds as f32 }
     });
-    Step { time_us: us_from_seconds(simulation.time(frame)), odometry, size, pixels }
+    // An IMU that is heard now and then, and says of a robot that stands level that it hardly leans.
+    let pitch = 0.001 * (frame % 7) as f32 - 0.003;
+    let lean = (frame % 4 == 3).then_some(Attitude { pitch, roll: 0.001, std: 0.003 });
+    Step { time_us: us_from_seconds(simulation.time(frame)), odometry, lean, size, pixels }
 }
 
 /// The pipeline on this machine, with a map as large as the device's.
@@ -69,6 +73,9 @@ pub(crate) fn host_step(pipeline: &mut Pipeline<OnHeap>, step: &Step) -> Report 
     let time = seconds_from_us(step.time_us);
     if let Some(odometry) = &step.odometry {
         pipeline.odometry(time, odometry).unwrap();
+    }
+    if let Some(Attitude { pitch, roll, std }) = step.lean {
+        pipeline.attitude(pitch, roll, std).unwrap();
     }
     pipeline.step(time, Grey::new(&step.pixels, step.size[0], step.size[1]).unwrap()).unwrap()
 }
@@ -130,7 +137,7 @@ pub(crate) fn device_step(
     let motion: Vec<_> =
         step.odometry.iter().map(|odometry| message_from_odometry(odometry, step.time_us)).collect();
     let begin = begin(frame, step);
-    client.frame(&motion, &begin, &step.pixels)
+    client.frame(&motion, step.lean, &begin, &step.pixels)
 }
 
 fn begin(frame: u32, step: &Step) -> FrameBegin {
@@ -156,6 +163,7 @@ pub(crate) fn patient_step(
     let odometry = step.odometry.iter().map(|odometry| message_from_odometry(odometry, step.time_us));
     let messages = odometry
         .map(HostMessage::Odometry)
+        .chain(step.lean.map(HostMessage::Attitude))
         .chain([HostMessage::FrameBegin(begin)])
         .chain(rows.map(HostMessage::Rows))
         .chain([HostMessage::FrameEnd(FrameEnd { frame })]);

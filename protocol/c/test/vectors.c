@@ -91,6 +91,7 @@ int main(int count, char **arguments) {
     ready(265), same(MO_ASK, mo_ask(&c, 1));
     ready(266), same(MO_RANGE, mo_range(&c, 41, 1.5f, spots, 2));
     ready(267), same(MO_TEXT, mo_text(&c, 1));
+    ready(268), same(MO_ATTITUDE, mo_attitude(&c, 0.03125f, -0.015625f, 0.003f));
 
     hear(MO_INFO);
     check(mo_read_info(&c, &info) && info.nonce == 0xdeadbeef && info.firmware[1] == 1 && !strcmp(info.board, "mps2-an500") &&

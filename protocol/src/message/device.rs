@@ -232,7 +232,7 @@ pub enum Cause {
     /// has another checksum or is no state, and [`OTHER_CONFIGURATION`] where it is one of another configuration.
     State,
     /// Odometry that is not used; `detail` is 0 for a number that is not finite or a negative duration, 1 where it ends before
-    /// the time that the device has reached.
+    /// the time that the device has reached, 2 for an attitude beyond 0.8 rad.
     Odometry,
     /// A whole frame came whose payload is no message of its kind; `detail` is the kind.
     NotUnderstood,

@@ -79,6 +79,17 @@ pub struct Odometry {
     pub motion: Motion,
 }
 
+/// How the robot leans when the next picture is taken, or its corners are seen, as an IMU tells it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Attitude {
+    /// About the robot's y axis, nose down is positive, rad.
+    pub pitch: f32,
+    /// About its x axis, left side up is positive, rad.
+    pub roll: f32,
+    /// Standard deviation of each, rad.
+    pub std: f32,
+}
+
 /// A motion as odometry tells it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Motion {

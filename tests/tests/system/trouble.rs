@@ -60,10 +60,18 @@ struct Drive {
 
 /// Drives; the wheels read `long` too long, and from the picture `from` on the camera is that of `after`.
 fn drive(before: &Simulation, after: &Simulation, from: usize, long: f64, motion: MotionNoise) -> Drive {
-    drive_with(Config { motion, ..config_for(before).unwrap() }, before, after, from, long)
+    drive_with(Config { motion, ..config_for(before).unwrap() }, before, after, from, long, None)
 }
 
-fn drive_with(config: Config, before: &Simulation, after: &Simulation, from: usize, long: f64) -> Drive {
+/// As [`drive`], where an IMU with this standard deviation is on board, with one.
+fn drive_with(
+    config: Config,
+    before: &Simulation,
+    after: &Simulation,
+    from: usize,
+    long: f64,
+    imu: Option<f64>,
+) -> Drive {
     let camera = *before.rig().camera();
     let memory = Memory::on_heap(camera.width(), camera.height(), 256);
     let mut pipeline = Pipeline::new(config, memory).unwrap();
@@ -79,6 +87,12 @@ fn drive_with(config: Config, before: &Simulation, after: &Simulation, from: usi
         }
         let shown = if frame < from { before } else { after };
         let seen = corners(shown, frame, &mut noise);
+        if let Some(std) = imu {
+            let [level, leaning] =
+                [before.rig(), &before.true_rig(frame)].map(|rig| rig.mount().parameters()[1]);
+            let pitch = leaning - level + std * noise.normal();
+            pipeline.attitude(pitch as f32, (std * noise.normal()) as f32, std as f32).unwrap();
+        }
         let report = pipeline.observe(time, &seen).unwrap();
         if report.map.knocked {
             knocked.push(frame);
@@ -152,11 +166,15 @@ fn a_robot_that_pitches_is_ranged_with_the_attitude_of_its_own_picture() {
         let stiff = config_for(&simulation).unwrap();
         let swaying = Config { sway: 1.5_f32.to_radians(), ..stiff };
         let [found, wrong] =
-            [swaying, stiff].map(|config| drive_with(config, &simulation, &simulation, FRAMES, 0.0));
+            [swaying, stiff].map(|config| drive_with(config, &simulation, &simulation, FRAMES, 0.0, None));
+        let told = drive_with(stiff, &simulation, &simulation, FRAMES, 0.0, Some(0.1_f64.to_radians()));
         let verdict = found.pipeline.health().verdict();
         println!("seed {seed}: {:.4} at 3 m, NEES/3 {}, {verdict:?}", found.range_error, found.nees);
         println!("  as if it were stiff: {:.4}, NEES/3 {}", wrong.range_error, wrong.nees);
+        println!("  with an IMU: {:.4}, NEES/3 {}", told.range_error, told.nees);
         assert!(found.range_error < 0.03, "{} of the range", found.range_error);
+        assert!(told.range_error < 0.015 && told.nees < 3.0, "{} of the range", told.range_error);
+        assert_eq!(told.pipeline.health().verdict(), Verdict::Consistent);
         assert_eq!(verdict, Verdict::Consistent);
         assert!(wrong.range_error > 0.06, "the law is about something: {}", wrong.range_error);
         assert_ne!(wrong.pipeline.health().verdict(), Verdict::Consistent);

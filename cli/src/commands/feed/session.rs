@@ -5,7 +5,8 @@ use monorange_protocol::{
     client::{Answer, Client},
     conversion,
     message::{
-        Answers, Cause, DeviceMessage, Fault, FrameBegin, HostMessage, Landmark, Odometry, SaveState, State,
+        Answers, Attitude, Cause, DeviceMessage, Fault, FrameBegin, HostMessage, Landmark, Odometry,
+        SaveState, State,
     },
 };
 use std::{io, time::Duration};
@@ -119,7 +120,7 @@ impl<'a> Session<'a> {
         &mut self,
         frame: u32,
         time_us: u64,
-        motion: &[Odometry],
+        (motion, lean): (&[Odometry], Option<Attitude>),
         picture: &Picture,
     ) -> Step<Answer> {
         let expected = self.reset_count;
@@ -128,7 +129,7 @@ impl<'a> Session<'a> {
             [picture.width, picture.height].map(|size| u16::try_from(size).unwrap_or(u16::MAX));
         let begin = FrameBegin { frame, time_us, left: 0, top: 0, width, height };
         self.with(|client| {
-            let answer = client.frame(motion, &begin, &picture.pixels)?;
+            let answer = client.frame(motion, lean, &begin, &picture.pixels)?;
             let lost_its_state = |fault: &Fault| matches!(fault.cause, Cause::NotConfigured | Cause::State);
             let forgotten = answer.faults.iter().any(lost_its_state);
             if forgotten || answer.pose.is_some_and(|pose| pose.reset_count != expected) {

@@ -41,6 +41,9 @@ pub(in crate::commands) struct Inputs {
     /// Odometry (CSV `t,v,omega` or `t,dx,dy,dtheta`, or poses as TUM or `t,x,y,heading`); from the pictures without it.
     #[arg(long, value_name = "FILE", num_args = 1..)]
     odometry: Vec<PathBuf>,
+    /// How the robot leans, by an IMU (CSV `t,pitch,roll` in rad, nose down and left side up positive, or `t,qx,qy,qz,qw`).
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    attitude: Vec<PathBuf>,
     /// True trajectory (TUM or CSV), for the report.
     #[arg(long, value_name = "FILE", num_args = 1..)]
     pub(super) truth: Vec<PathBuf>,
@@ -94,7 +97,7 @@ impl Inputs {
         let drives = self.places().len();
         let [rig, times] = [("--rig", &self.rig), ("--times", &self.times)];
         let [odometry, truth] = [("--odometry", &self.odometry), ("--truth", &self.truth)];
-        for (name, files) in [rig, times, odometry, truth] {
+        for (name, files) in [rig, times, odometry, ("--attitude", &self.attitude), truth] {
             if files.len() > 1 && files.len() != drives {
                 wrong(&format!(
                     "{name} is given {} times for {drives} drives: give it once for all, or once for each in the same order",
@@ -115,6 +118,7 @@ impl Inputs {
             camera_info_topic: self.camera_info_topic.clone(),
             times: of(&self.times, drive),
             odometry: of(&self.odometry, drive),
+            attitude: of(&self.attitude, drive),
             truth: of(&self.truth, drive),
         };
         (0..drives).map(one).collect()
@@ -132,6 +136,7 @@ impl Inputs {
             frames: self.place(),
             times: self.times.first().map(PathBuf::as_path),
             odometry: self.odometry.first().map(PathBuf::as_path),
+            attitude: self.attitude.first().map(PathBuf::as_path),
             truth: self.truth.first().map(PathBuf::as_path),
         }
     }

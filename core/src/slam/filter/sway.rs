@@ -7,7 +7,7 @@
 //!
 //! θ is the error of tilt or roll, σ₀ its standard deviation in the beginning, σ that of its change. The corners of a picture share it, so
 //! that those of mapped landmarks measure it, and the others are ranged with it.
-use super::{Filter, ROBOT};
+use super::{Covariance, Filter, ROBOT};
 use crate::Real;
 use crate::slam::landmark::Landmark;
 
@@ -15,10 +15,11 @@ use crate::slam::landmark::Landmark;
 pub(super) const SWAYING: [usize; 2] = [1, 2];
 
 impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landmark<T>]>> Filter<T, S, L> {
-    /// Lets tilt and roll change from the last picture to the next, by what the configuration says.
-    pub(crate) fn sway(&mut self) {
-        let (Some(first), std) = (self.config.mount_std, self.config.sway) else { return };
-        if std == T::zero() {
+    /// Lets tilt and roll change by so much (rad) from the last picture to the next. For a mount that is estimated, and a packed
+    /// covariance; others stay as they are.
+    pub(crate) fn sway(&mut self, std: T) {
+        let Some(first) = self.config.mount_std else { return };
+        if std == T::zero() || self.config.covariance != Covariance::Packed {
             return;
         }
         let size = self.size;
@@ -52,11 +53,11 @@ mod tests {
     /// The landmark's x.
     const AHEAD: usize = 7;
 
-    fn filter(sway: f64) -> Filter<f64, std::vec::Vec<f64>, std::vec::Vec<crate::slam::Landmark<f64>>> {
+    fn filter() -> Filter<f64, std::vec::Vec<f64>, std::vec::Vec<crate::slam::Landmark<f64>>> {
         let camera = Camera::new(320, 240, [365.0; 2], [160.0, 120.0], 0.0, Default::default()).unwrap();
         let finder = RangeFinder::new(camera, Mount::new([0.4, 0.2, 0.0, 0.0, 0.0, 0.0]).unwrap());
         let mount_std = Some([0.005, 0.02, 0.02, 0.02]);
-        let config = FilterConfig { finder: Some(finder), mount_std, sway, ..FilterConfig::default() };
+        let config = FilterConfig { finder: Some(finder), mount_std, ..FilterConfig::default() };
         let mut filter = Filter::on_heap(1, Pose::default(), Matrix3::zeros(), config).unwrap();
         let pixel = Measurement::Pixel { pixel: Vector2::new(200.0, 130.0), covariance: Matrix2::identity() };
         filter.birth(0.0, 1, &pixel).unwrap();
@@ -65,18 +66,18 @@ mod tests {
 
     #[test]
     fn a_stiff_mount_stays_as_it_is() {
-        let (before, mut after) = (filter(0.0), filter(0.0));
-        after.sway();
+        let (before, mut after) = (filter(), filter());
+        after.sway(0.0);
         assert_eq!(before.into_storage().0, after.into_storage().0);
     }
 
     #[test]
     fn what_is_unknown_of_tilt_grows_by_its_change_and_to_a_bound_and_the_covariance_stays_positive() {
-        let (mut filter, first, sway) = (filter(0.03), 0.02 * 0.02, 0.03 * 0.03);
+        let (mut filter, first, sway) = (filter(), 0.02 * 0.02, 0.03 * 0.03);
         let shared = filter.covariance_at(TILT, AHEAD).abs();
         assert!(shared > 0.0);
         for _ in 0..3 {
-            filter.sway();
+            filter.sway(0.03);
             assert!((filter.covariance_at(TILT, TILT) - first - sway).abs() < 1e-12);
         }
         // The landmark was ranged with the tilt of its own picture, of which less and less is left.
