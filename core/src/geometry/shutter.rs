@@ -51,7 +51,8 @@ mod tests {
         let found = finder.with_middle_row(pixel, readout, velocity).unwrap();
         assert!((found - truth).norm() < 1e-9, "{found} should be {truth}");
         // Above the horizon it is turned alone, and the middle row stays.
-        let above = finder.with_middle_row(Vector2::new(100.0, 10.0), readout, velocity).unwrap();
+        let above: Vector2<f64> =
+            finder.with_middle_row(Vector2::new(100.0, 10.0), readout, velocity).unwrap();
         let turned = -velocity.y * (10.0 / 239.0 - 0.5) * readout * 365.0;
         assert!((above.x - 100.0 - turned).abs() < 1.0 && (above.y - 10.0).abs() < 0.5, "{above}");
         let middle = finder.with_middle_row(Vector2::new(100.0, 119.5), readout, velocity).unwrap();
