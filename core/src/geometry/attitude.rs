@@ -5,7 +5,7 @@
 //! ```
 use super::RangeFinder;
 use crate::Real;
-use nalgebra::{Matrix3, Vector2};
+use nalgebra::{Vector2, Vector3};
 
 impl<T: Real> RangeFinder<T> {
     /// Where a pixel would lie if the robot stood level, which leans by `pitch` about its y axis (nose down is positive) and
@@ -13,14 +13,11 @@ impl<T: Real> RangeFinder<T> {
     ///
     /// `None` where there is no such pixel.
     pub fn levelled(&self, pixel: Vector2<T>, pitch: T, roll: T) -> Option<Vector2<T>> {
-        let (zero, one) = (T::zero(), T::one());
         let ((sp, cp), (sr, cr)) = (pitch.sin_cos(), roll.sin_cos());
-        let about_y = Matrix3::new(cp, zero, sp, zero, one, zero, -sp, zero, cp);
-        let about_x = Matrix3::new(one, zero, zero, zero, cr, -sr, zero, sr, cr);
-        let cam_from_robot = self.robot_from_cam().transpose();
-        let direction = self.robot_from_cam() * self.camera().ray_from_pixel(pixel)?.push(one);
-        let seen = cam_from_robot * (about_y * (about_x * direction));
-        (seen.z > zero).then(|| self.camera().pixel_from_ray(seen.xy() / seen.z)).flatten()
+        let direction = self.robot_from_cam() * self.camera().ray_from_pixel(pixel)?.push(T::one());
+        let [x, y, z] =
+            [direction.x, direction.y * cr - direction.z * sr, direction.y * sr + direction.z * cr];
+        self.pixel_from_direction(&Vector3::new(x * cp + z * sp, y, z * cp - x * sp)).ok()
     }
 }
 

@@ -240,7 +240,12 @@ impl<T: Real> RangeFinder<T> {
     /// [`NoFloor::OutsideImage`] behind the camera, [`NoFloor::OutsideLensModel`] beyond the lens model.
     pub fn pixel_from_floor_unbounded(&self, point_in_robot: Vector2<T>) -> Result<Vector2<T>, NoFloor> {
         let offset = point_in_robot - self.mount.lever_arm();
-        let in_cam = self.robot_from_cam.tr_mul(&Vector3::new(offset.x, offset.y, -self.mount.height()));
+        self.pixel_from_direction(&Vector3::new(offset.x, offset.y, -self.mount.height()))
+    }
+
+    /// The pixel that sees in a direction of the robot's axes.
+    pub(super) fn pixel_from_direction(&self, direction: &Vector3<T>) -> Result<Vector2<T>, NoFloor> {
+        let in_cam = self.robot_from_cam.tr_mul(direction);
         if in_cam.z <= T::zero() {
             return Err(NoFloor::OutsideImage);
         }

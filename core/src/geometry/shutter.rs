@@ -23,8 +23,7 @@ impl<T: Real> RangeFinder<T> {
         }
         let direction = self.robot_from_cam() * self.camera().ray_from_pixel(pixel)?.push(T::one());
         let turned = middle_from_row.rotation() * direction.xy();
-        let seen = self.robot_from_cam().tr_mul(&Vector3::new(turned.x, turned.y, direction.z));
-        (seen.z > T::zero()).then(|| self.camera().pixel_from_ray(seen.xy() / seen.z)).flatten()
+        self.pixel_from_direction(&Vector3::new(turned.x, turned.y, direction.z)).ok()
     }
 }
 

@@ -3,7 +3,7 @@ use super::{CornerReport, Model, Pipeline, Storage};
 use crate::geometry::RangeFinder;
 use crate::lines::{Corner, MAX_CORNERS};
 use crate::slam::{Feature, Landmark, Measurement, Outcome};
-use nalgebra::Matrix2;
+use nalgebra::{Matrix2, Vector2};
 
 impl<S: Storage> Pipeline<S> {
     /// Lists the corners that have a range worth the name in `seen`, which is empty, and what is told of them in `reports`.
@@ -28,27 +28,37 @@ impl<S: Storage> Pipeline<S> {
     fn sight(&self, finder: &RangeFinder<f32>, corner: &Corner) -> Option<(CornerReport, Feature<f32>)> {
         let (pixel, floor) = (self.steady(finder, corner.pixel), self.config.corner_std_floor_px);
         let covariance = corner.covariance + Matrix2::identity() * (floor * floor);
-        let sighting = finder.sight(pixel).ok()?;
-        if sighting.range > self.config.max_range() {
+        let report = ranged(finder, pixel, covariance)?;
+        if report.range > self.config.max_range() {
             return None;
         }
         let measurement = match self.config.model {
             Model::Pixel => Measurement::Pixel { pixel, covariance },
             Model::RangeBearing => Measurement::from_floor_pixel(finder, pixel, &covariance)?,
         };
-        let report = CornerReport {
-            pixel,
-            pixel_covariance: covariance,
-            range: sighting.range,
-            bearing: sighting.bearing,
-            covariance: sighting.noise(&covariance),
-            outcome: Outcome::default(),
-        };
         Some((
             report,
             Feature { pixel: Some(pixel), descriptor: Some(looks(corner)), ..Feature::new(measurement) },
         ))
     }
+}
+
+/// What is told of a corner before the map has seen it, or `None` where it has no range.
+#[inline(never)] // it is long, and its callers are two
+pub(super) fn ranged(
+    finder: &RangeFinder<f32>,
+    pixel: Vector2<f32>,
+    pixel_covariance: Matrix2<f32>,
+) -> Option<CornerReport> {
+    let sighting = finder.sight(pixel).ok()?;
+    Some(CornerReport {
+        pixel,
+        pixel_covariance,
+        range: sighting.range,
+        bearing: sighting.bearing,
+        covariance: sighting.noise(&pixel_covariance),
+        outcome: Outcome::default(),
+    })
 }
 
 /// A picture's corners as the map takes them, one to one with the reports.

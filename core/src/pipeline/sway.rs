@@ -1,5 +1,6 @@
 //! A robot that pitches and rolls: its corners are ranged with the attitude that the picture's mapped ones tell.
-use super::{Pipeline, Report, Storage};
+use super::sightings::ranged;
+use super::{CornerReport, Pipeline, Report, Storage};
 
 impl<S: Storage> Pipeline<S> {
     /// By how much tilt and roll may have changed since the last picture, rad.
@@ -20,9 +21,8 @@ impl<S: Storage> Pipeline<S> {
         }
         let finder = self.finder();
         for corner in &mut report.corners {
-            if let Ok(sighting) = finder.sight(corner.pixel) {
-                (corner.range, corner.bearing) = (sighting.range, sighting.bearing);
-                corner.covariance = sighting.noise(&corner.pixel_covariance);
+            if let Some(again) = ranged(&finder, corner.pixel, corner.pixel_covariance) {
+                *corner = CornerReport { outcome: corner.outcome, ..again };
             }
         }
     }
