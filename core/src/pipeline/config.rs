@@ -2,7 +2,6 @@
 use super::MotionNoise;
 #[cfg(all(feature = "alloc", feature = "sift"))]
 use super::VisualConfig;
-use super::steady::SHUTTER;
 use crate::association::Carrier;
 use crate::geometry::{MOUNT_STD_BY_HAND, RangeFinder};
 use crate::lines::ExtractConfig;
@@ -251,6 +250,10 @@ settings! { MEASURED, MEASURED_REFERENCES, Config, "association" {
     3 corner_std_floor_px: Number [corner_std_floor_px] (0, 100, "px"), "Least standard deviation of a corner: what calibration and undistortion leave. A rig whose pixel_std is larger raises the default to it.", "Simulated corridors.";
     4 min_depression: Number [min_depression] (0.001, 1.57, "rad"), "Least angle below the horizon at which a corner is measured.", "Simulated corridors: nearer to the horizon a skirting board is narrower than the smoothing, which pushes the floor's edge half a pixel off.";
     44 carrier: Choice [carrier] "What carries corners to the next picture: map is nothing, floor the floor's homography, free the one of eight parameters as in the paper.", "map is the only one that every target can run; in tests/dynamic_corridor floor misses the fewest corners.";
+}}
+
+settings! { SHUTTER, SHUTTER_REFERENCES, Config, "shutter" {
+    65 readout: Number [readout] (0, 1, "s"), "Seconds from the first row's exposure to the last one's, of a rolling shutter; 0 of a global one. A picture's time is then that of its middle row.", "0 is a global shutter; the data sheet says it, many small cameras take 0.02 to 0.035.";
 }}
 
 #[cfg(test)]

@@ -13,10 +13,10 @@
 //! ```
 use super::Config;
 use super::config::{
-    EXTRACTED, EXTRACTED_REFERENCES, FILTERED, FILTERED_REFERENCES, MEASURED, MEASURED_REFERENCES,
+    EXTRACTED, EXTRACTED_REFERENCES, FILTERED, FILTERED_REFERENCES, MEASURED, MEASURED_REFERENCES, SHUTTER,
+    SHUTTER_REFERENCES,
 };
 use super::motion_noise::{MOTION_NOISE, MOTION_NOISE_REFERENCES};
-use super::steady::{SHUTTER, SHUTTER_REFERENCES};
 use crate::Result;
 use crate::lines::{EXTRACT, EXTRACT_REFERENCES};
 use crate::setting::{Reference, Row, Setting, Slot, Value};

@@ -1,14 +1,9 @@
 //! Pixels as a robot that stands level sees them by a global shutter: those of a rolling one are put to where the middle row's time
 //! would have them, and those of a robot that leans to where it would see them if it did not.
-use super::{Config, Odometry, Pipeline, Storage};
+use super::{Odometry, Pipeline, Storage};
 use crate::geometry::RangeFinder;
-use crate::setting::settings;
 use crate::{Error, Result};
 use nalgebra::Vector2;
-
-settings! { SHUTTER, SHUTTER_REFERENCES, Config, "shutter" {
-    65 readout: Number [readout] (0, 1, "s"), "Seconds from the first row's exposure to the last one's, of a rolling shutter; 0 of a global one. A picture's time is then that of its middle row.", "0 is a global shutter; the data sheet says it, many small cameras take 0.02 to 0.035.";
-}}
 
 /// What is known of the moment of a picture.
 #[derive(Clone, Copy, Debug, Default)]
@@ -44,9 +39,9 @@ impl Moment {
 
 impl<S: Storage> Pipeline<S> {
     /// Takes how the robot leans when the next picture is taken, as an IMU tells it: `pitch` about its y axis (nose down is
-    /// positive) and `roll` about its x axis (left side up is positive), rad, as ROS has them (REP 103), and the standard deviation of each. Corners and
-    /// keypoints of that picture are put to where a level robot would see them. What is left is a state of the filter, for that picture in the place
-    /// of [`Config::sway`], where the mount's errors are estimated and the covariance is packed.
+    /// positive) and `roll` about its x axis (left side up is positive), rad, as ROS has them (REP 103), and the standard deviation of
+    /// each. Corners and keypoints of that picture are put to where a level robot would see them. What is left is a state of the filter, for
+    /// that picture in the place of [`Config::sway`](super::Config::sway), where the mount's errors are estimated and the covariance is packed.
     ///
     /// # Errors
     /// [`Error::OutOfRange`] for an angle of more than 0.8, a standard deviation below 0 or above that, or a number that is not finite.
@@ -71,10 +66,10 @@ impl<S: Storage> Pipeline<S> {
 
     /// Where a level robot's global shutter has a pixel; the pixel itself where the motion is not known.
     pub(super) fn steady(&self, finder: &RangeFinder<f32>, pixel: Vector2<f32>) -> Vector2<f32> {
-        let Moment { velocity, lean } = self.moment;
-        let level = lean.and_then(|lean| finder.levelled(pixel, lean.pitch, lean.roll)).unwrap_or(pixel);
-        let readout = self.config.readout;
+        let (Moment { velocity, lean }, readout) = (self.moment, self.config.readout);
         let moving = velocity.filter(|_| readout > 0.0);
-        moving.and_then(|velocity| finder.with_middle_row(level, readout, velocity)).unwrap_or(level)
+        let still =
+            moving.and_then(|velocity| finder.with_middle_row(pixel, readout, velocity)).unwrap_or(pixel);
+        lean.and_then(|lean| finder.levelled(still, lean.pitch, lean.roll)).unwrap_or(still)
     }
 }
