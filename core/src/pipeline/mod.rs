@@ -363,6 +363,7 @@ impl<S: Storage> Pipeline<S> {
     /// # Errors
     /// As [`observe`](Self::observe).
     pub fn observe_into(&mut self, time: f64, corners: &[Corner], report: &mut Report) -> Result<()> {
+        self.moment.begin();
         let mut seen = Sightings::default();
         self.sight_all(corners, &mut seen, &mut report.corners);
         self.advance(time)?;
@@ -391,7 +392,8 @@ impl<S: Storage> Pipeline<S> {
         report.odometry = self.intervals.picture(time);
         report.map = map;
         report.truncations = Default::default();
-        self.moment.lean = None;
+        seen.as_found(&mut report.corners);
+        self.moment.seen = true;
     }
 
     /// Takes what another sensor measured at `time`: a laser's corners by range and bearing, a beacon's range.

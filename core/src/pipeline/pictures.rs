@@ -180,6 +180,7 @@ impl<S: Storage> Pipeline<S> {
     }
 
     fn move_by_picture(&mut self, time: f64, features: Option<Features>) -> Result<MovedBy> {
+        self.moment.begin();
         let (measured, estimated) = (self.config.finder, self.finder());
         let Some(pictures) = self.pictures.as_deref_mut() else { return Ok(MovedBy::Nothing) };
         let finder = if pictures.carry_alone { measured } else { estimated };

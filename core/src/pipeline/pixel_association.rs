@@ -168,6 +168,7 @@ impl<S: Storage> Pipeline<S> {
         corners: &[lines::Corner],
         report: &mut Report,
     ) -> Result<()> {
+        self.moment.begin();
         let mut seen = Sightings::default();
         self.sight_all(corners, &mut seen, &mut report.corners);
         self.advance(time)?;

@@ -103,13 +103,14 @@ impl<S: Storage> Pipeline<S> {
 
     /// The picture's corners that have a name in the saved map, with it.
     fn named(&self, report: &Report, names: &[(u32, u32)]) -> Vec<Feature<f32>> {
+        let finder = self.finder();
         let feature = |corner: &super::CornerReport| {
             let own = corner.outcome.landmark.filter(|_| corner.outcome.decision.is_update())?;
             let (_, name) = names.iter().find(|(known, _)| *known == own)?;
-            let (pixel, covariance) = (corner.pixel, corner.pixel_covariance);
+            let (pixel, covariance) = (self.steady(&finder, corner.pixel), corner.pixel_covariance);
             let measurement = match self.config.model {
                 Model::Pixel => Measurement::Pixel { pixel, covariance },
-                Model::RangeBearing => Measurement::from_floor_pixel(&self.finder(), pixel, &covariance)?,
+                Model::RangeBearing => Measurement::from_floor_pixel(&finder, pixel, &covariance)?,
             };
             Some(Feature { hint: Hint::Landmark(*name), pixel: Some(pixel), ..Feature::new(measurement) })
         };

@@ -9,7 +9,7 @@ use nalgebra::{Matrix2, Matrix3, Vector2};
 /// What became of one floor corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CornerReport {
-    /// In the picture, px; of a rolling shutter or a robot that leans, where a level one's global shutter would have it.
+    /// Where it was found in the picture, px.
     pub pixel: Vector2<f32>,
     /// Covariance of the pixel, px².
     pub pixel_covariance: Matrix2<f32>,

@@ -18,6 +18,7 @@ impl<S: Storage> Pipeline<S> {
         for corner in corners {
             let used = self.sight(&finder, corner).and_then(|(report, feature)| {
                 reports.push(report).ok()?;
+                seen.found.push(corner.pixel).ok()?;
                 seen.features.push(feature).ok()
             });
             seen.without_range += u32::from(used.is_none());
@@ -65,10 +66,19 @@ pub(super) fn ranged(
 #[derive(Default)]
 pub(super) struct Sightings {
     pub(super) features: heapless::Vec<Feature<f32>, MAX_CORNERS>,
+    /// Where they were found in the picture; features and reports have them where a level robot's global shutter would.
+    found: heapless::Vec<Vector2<f32>, MAX_CORNERS>,
     pub(super) without_range: u32,
 }
 
 impl Sightings {
+    /// Tells of each corner where it was found.
+    pub(super) fn as_found(&self, reports: &mut [CornerReport]) {
+        for (report, found) in reports.iter_mut().zip(&self.found) {
+            report.pixel = *found;
+        }
+    }
+
     /// Whether a feature may be of a landmark by its looks.
     pub(super) fn looks_alike(&self, index: usize, landmark: &Landmark<f32>) -> bool {
         self.features.get(index).is_some_and(|feature| alike(feature, landmark))

@@ -10,8 +10,10 @@ use nalgebra::Vector2;
 pub(super) struct Moment {
     /// Last known, m/s and rad/s.
     pub(super) velocity: Option<Vector2<f32>>,
-    /// Of the next picture.
+    /// In the picture at hand, or the next one.
     pub(super) lean: Option<Lean>,
+    /// Whether that picture has been seen.
+    pub(super) seen: bool,
 }
 
 /// How a robot leans.
@@ -26,6 +28,13 @@ pub(super) struct Lean {
 const MOST: f32 = 0.8;
 
 impl Moment {
+    /// Forgets how the robot leaned in the picture before.
+    pub(super) fn begin(&mut self) {
+        if self.seen {
+            self.lean = None;
+        }
+    }
+
     /// Notes the speed of a reading; one that takes no time has none.
     pub(super) fn note(&mut self, odometry: &Odometry) {
         self.velocity = match *odometry {
@@ -54,7 +63,7 @@ impl<S: Storage> Pipeline<S> {
                 return Err(Error::OutOfRange { name, value: angle.into(), expected });
             }
         }
-        self.moment.lean = Some(Lean { pitch, roll, std });
+        (self.moment.lean, self.moment.seen) = (Some(Lean { pitch, roll, std }), false);
         Ok(())
     }
 
@@ -66,7 +75,7 @@ impl<S: Storage> Pipeline<S> {
 
     /// Where a level robot's global shutter has a pixel; the pixel itself where the motion is not known.
     pub(super) fn steady(&self, finder: &RangeFinder<f32>, pixel: Vector2<f32>) -> Vector2<f32> {
-        let (Moment { velocity, lean }, readout) = (self.moment, self.config.readout);
+        let (Moment { velocity, lean, .. }, readout) = (self.moment, self.config.readout);
         let moving = velocity.filter(|_| readout > 0.0);
         let still =
             moving.and_then(|velocity| finder.with_middle_row(pixel, readout, velocity)).unwrap_or(pixel);

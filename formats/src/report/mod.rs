@@ -283,7 +283,7 @@ impl Run {
         if matches!(self.verdict, Verdict::Doubtful | Verdict::Lost) {
             let help = match self.reason {
                 Some(Reason::Attitude) => {
-                    "say in the rig by how much tilt and roll change from picture to picture: `[filter]`, `sway = 0.02` (rad)"
+                    "say in the rig by how much tilt and roll change from picture to picture (`sway = 0.02` under `[filter]`, rad), or give --attitude"
                 }
                 _ => {
                     "check units and signs of odometry, measurements and mount, and their standard deviations"

@@ -1,7 +1,7 @@
 //! The page's words and order.
 use super::{Carried, Run, Subject, floor_plan, plots, svg::escape};
 use base64::{Engine, engine::general_purpose::STANDARD};
-use monorange_core::slam::{Decision, Verdict};
+use monorange_core::slam::{Decision, Reason, Verdict};
 use std::fmt::Write as _;
 
 /// The whole page.
@@ -38,7 +38,12 @@ fn header(run: &Run) -> String {
         Verdict::Unchecked | Verdict::Doubtful => "warn",
         Verdict::Lost => "bad",
     };
-    let advice = run.subject.advice(run.verdict);
+    let advice = match run.reason {
+        Some(Reason::Attitude) => {
+            "Say in the rig by how much tilt and roll change from picture to picture (sway under [filter]), or give what an IMU tells."
+        }
+        _ => run.subject.advice(run.verdict),
+    };
     let reason = run.reason.map_or_else(String::new, |reason| format!(": {}", reason.as_str()));
     let innovation = match run.verdict {
         Verdict::Unchecked => String::new(),

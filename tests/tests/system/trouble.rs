@@ -94,6 +94,8 @@ fn drive_with(
             pipeline.attitude(pitch as f32, (std * noise.normal()) as f32, std as f32).unwrap();
         }
         let report = pipeline.observe(time, &seen).unwrap();
+        let is_as_found = |pixel| seen.iter().any(|corner| corner.pixel == pixel);
+        assert!(report.corners.iter().all(|corner| is_as_found(corner.pixel)), "frame {frame}");
         if report.map.knocked {
             knocked.push(frame);
         }
