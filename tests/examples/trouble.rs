@@ -1,9 +1,9 @@
 //! Drives into trouble: `trouble SCENE CARRIER SEEDS [frames=600] [long=0.05] [turns=0.05] [tilt=1] [roll=1] [yaw=1] [proposals]
-//! [scale=0.03] [turn_scale=0.02] [turn_bias=0.002] [pitch=1.5] [sway=1.5] [readout=0.033] [shutter=0.033] [speed=0.2]
+//! [scale=0.03] [turn_scale=0.02] [turn_bias=0.002] [pitch=1.5] [sway=1.5] [walk=0.06] [readout=0.033] [shutter=0.033] [speed=0.2]
 //! [interval=0.6]`, a line a seed; SEEDS is `1-10`, CARRIER is `map`, `floor` or `none`, which is without wheels.
 //!
 //! `pitch` is by how many degrees the robot pitches, `readout` how many seconds its camera's rolling shutter takes; `sway` and `shutter` are
-//! what the settings say of them.
+//! what the settings say of them, `walk` (degrees) what they say of the mount.
 //! `long` and `turns` are the shares by which the wheels read travel and turns too long; the angles (degrees) are by how much the
 //! camera is knocked when half of the drive is over.
 use monorange_core::geometry::{Mount, RangeFinder};
@@ -87,6 +87,7 @@ fn drive(scene: &str, carrier: &str, seed: u64, words: &[String]) -> Result<Scor
         config.corners_from = CornersFrom::Proposals;
     }
     config.sway = number("sway").unwrap_or(0.0).to_radians() as f32;
+    config.mount_walk = number("walk").unwrap_or(0.0).to_radians() as f32;
     config.readout = number("shutter").unwrap_or(0.0) as f32;
     let motion = &mut config.motion;
     for (key, std) in [

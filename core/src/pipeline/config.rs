@@ -72,6 +72,9 @@ pub struct Config {
     /// Standard deviation by which tilt and roll change from picture to picture, because the robot pitches and rolls, rad; 0 of
     /// one that does not. Above 0 the mount's errors must be estimated, and the covariance packed.
     pub sway: f32,
+    /// Standard deviation by which each of the mount's angles changes from picture to picture for good, because it gives way or is
+    /// knocked, rad; 0 of one that is bolted on. As [`sway`](Self::sway) otherwise.
+    pub mount_walk: f32,
     /// What the filter is told of a corner.
     pub model: Model,
     /// Least standard deviation of a corner in either direction, px: what calibration and undistortion leave.
@@ -79,7 +82,7 @@ pub struct Config {
     /// Least angle below the horizon at which a corner is measured, rad: nearer to it a range is a guess, and a skirting board
     /// is narrower than the smoothing, which pushes the edge of the floor half a pixel off.
     pub min_depression: f32,
-    /// Which filter, and its gate. Its range finder, its mount's and its wheels' states, and its sway are set from the fields beside it.
+    /// Which filter, and its gate. Its range finder, its mount's and its wheels' states, its sway and its mount's walk are set from the fields beside it.
     pub filter: FilterConfig<f32>,
     /// What carries corners from picture to picture. All but [`Carrier::Map`] need the features `alloc` and `sift`.
     pub carrier: Carrier,
@@ -108,6 +111,7 @@ impl Config {
             readout: 0.0,
             mount_error: MountError::default(),
             sway: 0.0,
+            mount_walk: 0.0,
             model: Model::default(),
             corner_std_floor_px: 0.3,
             min_depression: 3_f32.to_radians(),
@@ -205,7 +209,7 @@ impl Config {
             // A parameter known exactly is a state that hardly moves: the filter wants variances above 0.
             MountError::Estimated => Some(self.mount_std.map(|std| std.max(1e-5))),
         };
-        self.filter.sway = self.sway;
+        (self.filter.sway, self.filter.mount_walk) = (self.sway, self.mount_walk);
         self.filter.wheels_std = self.motion.scale_std();
         self.map.view = self.view();
         self.filter = self.filter.validated()?;
@@ -244,6 +248,7 @@ settings! { FILTERED, FILTERED_REFERENCES, Config, "filter" {
     2 model: Choice [model] "What the filter is told of a corner: its pixel, or range and bearing as in the paper.", "Equation: a pixel's noise is Gaussian up to the horizon, a range's is not.";
     1 mount: Choice [mount_error] "What is done about the mount's own error: estimated along with the map, or taken as exact.", "All corners share the mount's error, so that it is no independent noise (theory page of core::slam).";
     64 sway: Number [sway] (0, 0.2, "rad"), "Standard deviation by which tilt and roll change from picture to picture, as the robot pitches and rolls; 0 of one that does not.", "Most robots with wheels are stiff; README tells by how much a pitching one errs.";
+    66 mount_walk: Number [mount_walk] (0, 0.1, "rad"), "Standard deviation by which each of the mount's angles changes from picture to picture for good, as where it gives way or is knocked; 0 of one that is bolted on.", "0 is what was measured with so far; README tells what 0.001 does to a camera that is knocked.";
 }}
 
 settings! { MEASURED, MEASURED_REFERENCES, Config, "association" {

@@ -158,6 +158,11 @@ fn a_camera_that_is_knocked_by_a_degree_is_noticed_and_its_tilt_found_anew() {
         let first = found.knocked.first().copied().unwrap();
         assert!((FRAMES / 2..FRAMES / 2 + 30).contains(&first), "noticed at {first}");
         assert!((f64::from(error) - tilt).abs() < 0.3, "{error}°");
+        let walking = Config { motion, mount_walk: 0.001, ..config_for(&before).unwrap() };
+        let found = drive_with(walking, &before, &after, FRAMES / 2, 0.0, None);
+        let error = found.pipeline.filter().mount_error().unwrap().y.to_degrees();
+        println!("  that may give way: {error:.3}°, NEES/3 {}", found.nees);
+        assert!((f64::from(error) - tilt).abs() < 0.1 && found.nees < 3.0, "{error}°, NEES/3 {}", found.nees);
     }
 }
 

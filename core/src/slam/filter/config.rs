@@ -48,6 +48,8 @@ pub struct FilterConfig<T> {
     pub mount_std: Option<[T; 4]>,
     /// Standard deviation by which the mount's tilt and roll change from picture to picture, rad.
     pub sway: T,
+    /// Standard deviation by which each of the mount's angles changes from picture to picture for good, rad.
+    pub mount_walk: T,
     /// Standard deviations of what the wheels read wrongly all the time: shares of their travel and of their turn, and the turn
     /// that comes with each metre (rad/m). These errors become states.
     pub wheels_std: Option<[T; 3]>,
@@ -70,6 +72,7 @@ impl<T: Real> Default for FilterConfig<T> {
             finder: None,
             mount_std: None,
             sway: T::zero(),
+            mount_walk: T::zero(),
             wheels_std: None,
             range_prior: (T::lit(4.0), T::lit(4.0)),
             polar_as_point: true,
@@ -93,6 +96,7 @@ impl<T: Real> FilterConfig<T> {
             finder: None,
             mount_std: None,
             sway: 0.0,
+            mount_walk: 0.0,
             wheels_std: None,
             range_prior: (single(self.range_prior.0), single(self.range_prior.1)),
             polar_as_point: self.polar_as_point,
@@ -107,11 +111,12 @@ impl<T: Real> FilterConfig<T> {
                 return Err(Error::OutOfRange { name, value: std.to_f64(), expected: "finite and above 0" });
             }
         }
-        let swaying = self.sway == T::zero()
-            || self.sway > T::zero() && self.mount_std.is_some() && self.covariance == Covariance::Packed;
-        if !swaying {
-            let expected = "at least 0, and 0 where the mount is exact or the covariance factored";
-            return Err(Error::OutOfRange { name: "filter.sway", value: self.sway.to_f64(), expected });
+        let may_change = self.mount_std.is_some() && self.covariance == Covariance::Packed;
+        for (name, change) in [("filter.sway", self.sway), ("filter.mount_walk", self.mount_walk)] {
+            if !(change == T::zero() || change > T::zero() && may_change) {
+                let expected = "at least 0, and 0 where the mount is exact or the covariance factored";
+                return Err(Error::OutOfRange { name, value: change.to_f64(), expected });
+            }
         }
         Ok(self)
     }

@@ -1,32 +1,37 @@
-//! A robot that pitches and rolls: the mount's tilt and roll change from picture to picture.
+//! A mount whose angles change from picture to picture: the robot pitches and rolls, or the camera gives way.
 //!
 //! ```text
 //! θ ← s θ,   P_θ· ← s P_θ·,   s = min(1, σ₀/√P_θθ)      no more is unknown of the mount than in the beginning
 //! P_θθ ← P_θθ + σ²                                      and what has changed since the last picture
 //! ```
 //!
-//! θ is the error of tilt or roll, σ₀ its standard deviation in the beginning, σ that of its change. The corners of a picture share it, so
+//! θ is the error of tilt, roll or yaw, σ₀ its standard deviation in the beginning, σ that of its change. The corners of a picture share it, so
 //! that those of mapped landmarks measure it, and the others are ranged with it.
 use super::{Covariance, Filter, ROBOT};
 use crate::Real;
 use crate::slam::landmark::Landmark;
 
-/// Tilt and roll, of the mount's states.
-pub(super) const SWAYING: [usize; 2] = [1, 2];
+/// The mount's angles, of its states, in the order tilt, roll, yaw.
+pub(super) const ANGLES: [usize; 3] = [1, 2, 3];
 
 impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landmark<T>]>> Filter<T, S, L> {
-    /// Lets tilt and roll change by so much (rad) from the last picture to the next. For a mount that is estimated, and a packed
-    /// covariance; others stay as they are.
-    pub(crate) fn sway(&mut self, std: T) {
+    /// Lets tilt and roll change by `sway` (rad) from the last picture to the next, and each angle by what the configuration says of
+    /// the mount. For a mount that is estimated, and a packed covariance; others stay as they are.
+    pub(crate) fn sway(&mut self, sway: T) {
         let Some(first) = self.config.mount_std else { return };
-        if std == T::zero() || self.config.covariance != Covariance::Packed {
+        if self.config.covariance != Covariance::Packed {
             return;
         }
+        let (sway, walk) = (sway * sway, self.config.mount_walk * self.config.mount_walk);
+        let changes = [sway + walk, sway + walk, walk];
         let size = self.size;
         let parts = self.parts();
         let mut p = parts.p;
-        for state in SWAYING {
+        for (state, change) in ANGLES.into_iter().zip(changes) {
             let (at, Some(first)) = (ROBOT + state, first.get(state)) else { continue };
+            if change == T::zero() {
+                continue;
+            }
             let known = p.at(at, at);
             let most = *first * *first;
             if known > most {
@@ -38,7 +43,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
                     value.iter_mut().skip(at).take(1).for_each(|value| *value *= share);
                 }
             }
-            p.set(at, at, known.min(most) + std * std);
+            p.set(at, at, known.min(most) + change);
         }
     }
 }

@@ -20,7 +20,6 @@
 //!
 //! *Limits.* First order in the errors: 10 % of a step's turn of 0.3 rad.
 use super::knock::let_go;
-use super::sway::SWAYING;
 use super::{Covariance, Filter, Parts, ROBOT};
 use crate::geometry::told_from_noise;
 use crate::slam::covariance::{factored, packed};
@@ -98,11 +97,10 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             squares.fold(T::zero(), |most: T, square| most.max(square))
         };
         let (mount, wheels) = (self.config.mount_std, self.config.wheels_std);
-        let (knocks, sway) = (T::lit(f64::from(knocks)), self.config.sway);
-        let mut more = let_go().map(|variance: T| variance * knocks);
-        for state in SWAYING {
-            more.iter_mut().skip(state).take(1).for_each(|more| *more += sway * sway);
-        }
+        let knocks = T::lit(f64::from(knocks));
+        let sway = self.config.sway * self.config.sway;
+        let [height, tilt, roll, yaw] = let_go().map(|variance: T| variance * knocks);
+        let more = [height, tilt + sway, roll + sway, yaw];
         [
             mount.map_or(T::zero(), |stds| largest(ROBOT, &stds, more)),
             wheels.map_or(T::zero(), |stds| largest(self.wheels_at(), &stds, [T::zero(); 4])),
