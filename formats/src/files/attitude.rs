@@ -29,7 +29,17 @@ impl Attitudes {
     pub fn read(path: &Path) -> Result<Self> {
         let table = Table::read(path)?;
         let angles: Vec<[f64; 3]> = match table.has("qw") {
-            true => table.numbers(["t", "qx", "qy", "qz", "qw"])?.into_iter().map(from_quaternion).collect(),
+            true => {
+                let rows = table.numbers(["t", "qx", "qy", "qz", "qw"])?;
+                let length = |[_, x, y, z, w]: &[f64; 5]| (x * x + y * y + z * z + w * w).sqrt();
+                if let Some(row) = rows.iter().position(|row| !(0.9..1.1).contains(&length(row))) {
+                    let length = rows.get(row).map_or(0.0, length);
+                    let error = Error::new(format!("the quaternion's length is {length}, must be 1"));
+                    let help = "give a unit quaternion; zeros are an IMU that estimates no attitude";
+                    return Err(error.at_line(path, table.line_of(row)).help(help));
+                }
+                rows.into_iter().map(from_quaternion).collect()
+            }
             false => table.numbers(["t", "pitch", "roll"])?,
         };
         table.check_order(angles.iter().map(|[time, ..]| *time))?;
@@ -100,7 +110,7 @@ impl Attitudes {
 
 /// Pitch and roll of a line of time and quaternion.
 fn from_quaternion([time, x, y, z, w]: [f64; 5]) -> [f64; 3] {
-    let square = (x * x + y * y + z * z + w * w).max(f64::MIN_POSITIVE);
+    let square = x * x + y * y + z * z + w * w;
     let pitch = libm::asin((2.0 * (w * y - z * x) / square).clamp(-1.0, 1.0));
     let roll = libm::atan2(2.0 * (w * x + y * z) / square, 1.0 - 2.0 * (x * x + y * y) / square);
     [time, pitch, roll]

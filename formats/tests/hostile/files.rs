@@ -7,7 +7,7 @@ use crate::chance::Chance;
 use crate::work::Work;
 use image::{ExtendedColorType, GrayImage, ImageEncoder, Luma, codecs::jpeg::JpegEncoder};
 use monorange_formats::{
-    files::{Odometry, Rig, memory, read_camera_of, read_frame_list, read_map, read_trajectory},
+    files::{Attitudes, Odometry, Rig, memory, read_camera_of, read_frame_list, read_map, read_trajectory},
     pictures::Picture,
     sensor_log::{Dataset, read_sightings},
     warnings,
@@ -187,6 +187,21 @@ fn odometry() {
             let [from, to] = odometry.range();
             assert!(odometry.way(from, to).is_finite() && odometry.step(from, to).1.is_finite());
             assert!(odometry.between(from, to).iter().all(|span| span.duration > 0.0));
+        }
+    });
+}
+
+#[test]
+fn attitudes() {
+    let sound = [
+        "t,pitch,roll,std\n0,0.01,0,0.002\n0.1,0,0.01,\n1,0,0,0.01\n",
+        "t,qx,qy,qz,qw\n0,0,0.01,0.7,0.7\n0.1,0,0,0,1\n",
+    ];
+    survive("imu.csv", &texts(&sound), |path, _| {
+        let Ok(attitudes) = Attitudes::read(path) else { return };
+        for time in [0.0, 0.05, 0.5, 1.0, 1e308] {
+            let lean = attitudes.at(time);
+            assert!(lean.is_none_or(|lean| lean.iter().all(|angle| (-0.8..=0.8).contains(angle))));
         }
     });
 }

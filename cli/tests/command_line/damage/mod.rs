@@ -130,6 +130,23 @@ const KINDS: &[Kind] = &[
         ],
     },
     Kind {
+        name: "imu.csv",
+        sound: "t,pitch,roll\n0,0.01,0\n0.5,0,0.01\n1,0,0\n",
+        command: "slam --rig rig.toml --frames frames --times times.txt --odometry odometry.csv --attitude imu.csv --out out",
+        damages: &[
+            ("pitch", "nick", &["lacks the column `pitch`"]),
+            ("0.5,0,0.01", "0.5,nan,0", &["line 3", "`pitch` is `nan`"]),
+            ("0.5,0,0.01", "0.5,3.5,0", &["line 3", "radians"]),
+            ("0.5,0,0.01", "2,0,0", &["line 4", "before the line before's"]),
+            ("0,0.01,0\n0.5,0,0.01\n1,0,0", "900,0,0", &["900 s", "frames' clock"]),
+            (
+                "t,pitch,roll\n0,0.01,0\n0.5,0,0.01\n1,0,0",
+                "t,qx,qy,qz,qw\n0,0,0,0,0",
+                &["line 2", "quaternion's length is 0", "no attitude"],
+            ),
+        ],
+    },
+    Kind {
         name: "measured.csv",
         sound: MEASURED,
         command: "slam-log --odometry odometry.csv --measurements measured.csv --out out",
