@@ -118,6 +118,12 @@ impl Sequence {
         let images = frames.into_iter().map(Frame::Message).collect();
         Ok(Self { images, times, odometry, attitudes, truth, folder: files.frames.to_owned() })
     }
+
+    /// Pitch, roll and their standard deviation when a picture is taken, rad, if an IMU tells it.
+    pub fn lean(&self, time: f64) -> Option<[f32; 3]> {
+        let lean = self.attitudes.as_ref()?.at(time)?;
+        Some(lean.map(|angle| angle as f32))
+    }
 }
 
 /// How the robot leans, by a file.

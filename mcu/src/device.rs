@@ -26,7 +26,6 @@ use monorange_protocol::{
     frame::{Damage, Deframer, Frame},
     message::*,
 };
-use motion::held;
 use state::Restored;
 
 /// What the device wants of its board after a call.
@@ -254,33 +253,6 @@ impl<E: Engine> Dispatch<E> {
     /// Another number after every restart and every reset; the two cannot make up for each other.
     fn reset_count(&self) -> u8 {
         self.restarts.runs << 4 | self.restarts.resets & 0xf
-    }
-
-    fn attitude(&mut self, attitude: &Attitude, port: &mut impl Write) {
-        if !self.engine.is_configured() {
-            return self.fault(Cause::NotConfigured, 0, port);
-        }
-        if self.engine.attitude(attitude).is_err() {
-            self.fault(Cause::Odometry, 2, port);
-        }
-    }
-
-    fn odometry(&mut self, odometry: &Odometry, port: &mut impl Write) {
-        if !self.engine.is_configured() {
-            return self.fault(Cause::NotConfigured, 0, port);
-        }
-        let sound = odometry.duration.is_finite() && odometry.duration >= 0.0;
-        let lost = self.last_motion.filter(|_| sound).and_then(|last| held(&last, odometry));
-        let moved = lost.map_or(Ok(()), |lost| self.engine.odometry(&lost));
-        if !sound {
-            return self.fault(Cause::Odometry, 0, port);
-        }
-        if let Err(error) = moved.and_then(|()| self.engine.odometry(odometry)) {
-            let backwards = matches!(error, monorange_core::Error::TimeBackwards { .. });
-            return self.fault(Cause::Odometry, backwards.into(), port);
-        }
-        self.last_motion = Some(*odometry);
-        self.last_time_us = odometry.until_us;
     }
 
     fn begin(&mut self, begin: &FrameBegin, board: &impl Board, port: &mut impl Write) {

@@ -251,11 +251,7 @@ impl Drive<'_> {
         let motion: Vec<_> = motion.collect();
         *reached = *time;
         let time_us = conversion::us_from_seconds(time - self.start);
-        let lean = self.sequence.attitudes.as_ref().and_then(|attitudes| attitudes.at(*time));
-        let lean = lean.map(|lean| {
-            let [pitch, roll, std] = lean.map(|number| number as f32);
-            Attitude { pitch, roll, std }
-        });
+        let lean = self.sequence.lean(*time).map(|[pitch, roll, std]| Attitude { pitch, roll, std });
         let answer = self.session.frame(frame as u32, time_us, (&motion, lean), &picture)?;
         self.note(frame, *time, &answer);
         if let (Some(mavlink), Some(pose)) = (&mut self.mavlink, &answer.pose) {

@@ -255,8 +255,7 @@ impl<'a> Drive<'a> {
             way += control.way();
         }
         self.reached = time;
-        if let Some(lean) = self.sequence.attitudes.as_ref().and_then(|attitudes| attitudes.at(time)) {
-            let [pitch, roll, std] = lean.map(|number| number as f32);
+        if let Some([pitch, roll, std]) = self.sequence.lean(time) {
             self.pipeline.attitude(pitch, roll, std).map_err(Error::new)?;
             self.recovery.attitude(pitch, roll, std).map_err(Error::new)?;
         }

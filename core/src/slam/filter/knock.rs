@@ -5,7 +5,7 @@ use crate::geometry::MOUNT_STD_BY_HAND;
 use crate::slam::landmark::Landmark;
 
 /// Where tilt, roll and yaw of the mount stand in the state.
-const ANGLES: [usize; 3] = [ROBOT + 1, ROBOT + 2, ROBOT + 3];
+pub(super) const ANGLES: [usize; 3] = [ROBOT + 1, ROBOT + 2, ROBOT + 3];
 
 impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landmark<T>]>> Filter<T, S, L> {
     /// Adds to the variances of tilt, roll and yaw what a mount set by hand has, and returns what they were. For a mount that

@@ -7,12 +7,10 @@
 //!
 //! θ is the error of tilt, roll or yaw, σ₀ its standard deviation in the beginning, σ that of its change. The corners of a picture share it, so
 //! that those of mapped landmarks measure it, and the others are ranged with it.
-use super::{Covariance, Filter, ROBOT};
+use super::knock::ANGLES;
+use super::{Covariance, Filter};
 use crate::Real;
 use crate::slam::landmark::Landmark;
-
-/// The mount's angles, of its states, in the order tilt, roll, yaw.
-pub(super) const ANGLES: [usize; 3] = [1, 2, 3];
 
 impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landmark<T>]>> Filter<T, S, L> {
     /// Lets tilt and roll change by `sway` (rad) from the last picture to the next, and each angle by what the configuration says of
@@ -27,13 +25,13 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         let size = self.size;
         let parts = self.parts();
         let mut p = parts.p;
-        for (state, change) in ANGLES.into_iter().zip(changes) {
-            let (at, Some(first)) = (ROBOT + state, first.get(state)) else { continue };
+        let [_, first @ ..] = first;
+        for ((at, change), first) in ANGLES.into_iter().zip(changes).zip(first) {
             if change == T::zero() {
                 continue;
             }
             let known = p.at(at, at);
-            let most = *first * *first;
+            let most = first * first;
             if known > most {
                 let share = (most / known).sqrt();
                 for other in (0..size).filter(|other| *other != at) {
