@@ -4,8 +4,9 @@
 use image::ImageReader;
 use monorange_core::features::{Detector, FeatureKind, SiftConfig};
 use monorange_core::geometry::{Camera, Mount, Pose, RangeFinder};
+use monorange_core::homography::FloorTexture;
 use monorange_core::image::Grey;
-use monorange_core::pipeline::VisualConfig;
+use monorange_core::pipeline::{Look, VisualConfig};
 use monorange_sim::{Scene, SceneConfig, SimConfig, Simulation, default_rig};
 use monorange_tests::corridor::single_precision;
 use monorange_tests::visual::{Frame, VisualDrive, drive, simulated};
@@ -54,7 +55,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let frames = road(kind)?;
         println!(
             "{} keypoints a picture",
-            frames.iter().map(|f| f.features.keypoints.len()).sum::<usize>() / frames.len()
+            frames.iter().map(|f| f.look.features.keypoints.len()).sum::<usize>() / frames.len()
         );
         for run in runs {
             let run_settings = settings(run);
@@ -79,7 +80,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let frames = simulated(&simulation, kind);
         println!(
             "{} keypoints a picture",
-            frames.iter().map(|f| f.features.keypoints.len()).sum::<usize>() / frames.len()
+            frames.iter().map(|f| f.look.features.keypoints.len()).sum::<usize>() / frames.len()
         );
         for run in runs.clone() {
             print(&format!("corridor {seed}, {run}"), &drive(configured(&settings(run)), &finder, &frames));
@@ -89,6 +90,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn road(kind: FeatureKind) -> Result<Vec<Frame>, Box<dyn Error>> {
+    let camera = Camera::new(1226, 370, [707.0912; 2], [601.8873, 183.1104], 0.0, Default::default())?;
     let folder = monorange_tests::real_data("road_a").ok_or("no data")?;
     let truth = std::fs::read_to_string(folder.join("poses.txt"))?;
     let mut detector = Detector::new(kind)?;
@@ -100,8 +102,10 @@ fn road(kind: FeatureKind) -> Result<Vec<Frame>, Box<dyn Error>> {
         let picture =
             ImageReader::open(folder.join(format!("image_l/{index:06}.png")))?.decode()?.into_luma8();
         let (width, height) = (picture.width() as usize, picture.height() as usize);
-        let features = detector.detect(Grey::new(picture.as_raw(), width, height)?)?;
-        frames.push(Frame { time: index as f64 * 0.1, features, truth });
+        let picture = Grey::new(picture.as_raw(), width, height)?;
+        let look =
+            Look { features: detector.detect(picture)?, texture: Some(FloorTexture::new(&camera, picture)) };
+        frames.push(Frame { time: index as f64 * 0.1, look, truth });
     }
     Ok(frames)
 }

@@ -1,8 +1,9 @@
 //! Visual odometry alone, on a simulated corridor and on a real road, against the truth.
-use monorange_core::features::{Detector, FeatureKind, Features};
+use monorange_core::features::{Detector, FeatureKind};
 use monorange_core::geometry::{Pose, RangeFinder, wrap_angle};
+use monorange_core::homography::FloorTexture;
 use monorange_core::image::Grey;
-use monorange_core::pipeline::{VisualConfig, VisualMotion, VisualStep};
+use monorange_core::pipeline::{Look, VisualConfig, VisualMotion, VisualStep};
 use monorange_sim::Simulation;
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
@@ -12,7 +13,7 @@ pub struct Frame {
     /// Seconds.
     pub time: f64,
     /// What the picture shows.
-    pub features: Features,
+    pub look: Look,
     /// In the world.
     pub truth: Pose<f64>,
 }
@@ -24,13 +25,19 @@ pub struct Frame {
 pub fn simulated(simulation: &Simulation, kind: FeatureKind) -> Vec<Frame> {
     let camera = simulation.rig().camera();
     let (width, height) = (camera.width(), camera.height());
+    let finder = camera.cast().expect("a camera for single precision");
     let mut detector = Detector::new(kind).expect("usable settings");
     let mut pixels = vec![0; width * height];
     let frame = |frame| {
         simulation.render(frame, &mut pixels).expect("the size is the rig's");
         let picture = Grey::new(&pixels, width, height).expect("the size is the rig's");
         let features = detector.detect(picture).expect("not too large");
-        Frame { time: simulation.time(frame), features, truth: simulation.true_pose(frame) }
+        let texture = Some(FloorTexture::new(&finder, picture));
+        Frame {
+            time: simulation.time(frame),
+            look: Look { features, texture },
+            truth: simulation.true_pose(frame),
+        }
     };
     (0..simulation.len()).map(frame).collect()
 }
@@ -83,7 +90,7 @@ pub fn drive(config: VisualConfig, finder: &RangeFinder<f32>, frames: &[Frame]) 
     let (mut covariance, mut path_variance, mut counted) = (Matrix3::zeros(), 0.0, 0.0);
     let mut keyframe = Pose::default();
     for frame in frames {
-        let step = visual.follow(finder, frame.time, None, frame.features.clone()).expect("times grow");
+        let step = visual.follow(finder, frame.time, None, frame.look.clone()).expect("times grow");
         let Some((estimate, truth)) = last else {
             last = Some((frame.truth, frame.truth));
             keyframe = frame.truth;

@@ -36,6 +36,8 @@
 //! Source: the paper's equations (10) and (11), corrected: (11) needs Σ_M carried into the picture first.
 mod confirmation;
 mod estimate;
+#[cfg(feature = "alloc")]
+mod floor_texture;
 mod ground_motion;
 mod matches;
 mod motion_likelihood;
@@ -49,6 +51,8 @@ mod sample;
 mod tests;
 
 pub use estimate::{Homography, PredictedPoint};
+#[cfg(feature = "alloc")]
+pub use floor_texture::{FloorTexture, floor_matches};
 pub use ground_motion::{
     GroundMotion, GroundMotionConfig, MotionModel, MotionPrior, NoMotion, ground_motion,
 };

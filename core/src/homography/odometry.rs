@@ -25,6 +25,8 @@ pub struct OdometryConfig<T> {
     pub keyframe_turn: T,
     /// Matches on the floor below which the picture becomes the keyframe.
     pub keyframe_floor: T,
+    /// Matches on the floor below which it tells no motion: a few may all be what a floor mirrors.
+    pub least_floor: T,
 }
 
 impl<T: Real> Default for OdometryConfig<T> {
@@ -38,6 +40,7 @@ impl<T: Real> Default for OdometryConfig<T> {
             keyframe_path: T::lit(0.5),
             keyframe_turn: T::lit(0.15),
             keyframe_floor: T::lit(20.0),
+            least_floor: T::zero(),
         }
     }
 }
@@ -198,6 +201,7 @@ impl<T: Real> VisualOdometry<T> {
         let motion = ground_motion(&config.motion, finder, matches, prior.as_ref(), tracks);
         let known = odometry.and(prior.as_ref());
         let motion = motion.and_then(|motion| match known {
+            _ if motion.floor < config.least_floor => Err(NoMotion::NoConsensus),
             Some(wheels) if knows_less(&motion, wheels) => Err(NoMotion::Degenerate),
             _ => Ok(motion),
         });
@@ -212,10 +216,12 @@ impl<T: Real> VisualOdometry<T> {
         };
         let slip = config.slip * increment.position().norm();
         increment_covariance.m22 += slip * slip;
-        let path = self.since_keyframe.position().norm();
+        // As far as the next picture will be.
+        let path = self.since_keyframe.position().norm() + increment.position().norm();
+        let turn = self.since_keyframe.heading.abs() + increment.heading.abs();
         let new_keyframe = motion.as_ref().map_or(true, |motion| motion.floor < config.keyframe_floor)
             || path > config.keyframe_path * finder.mount().height()
-            || self.since_keyframe.heading.abs() > config.keyframe_turn;
+            || turn > config.keyframe_turn;
         if new_keyframe {
             let Self { velocity, habits, blind, .. } = *self;
             *self = Self { velocity, habits, blind, ..Self::new() };
@@ -230,6 +236,32 @@ impl<T: Real> VisualOdometry<T> {
             increment_by_wheels: by_wheels,
             new_keyframe,
         }
+    }
+
+    /// The turn since the keyframe that these matches or what is known beforehand tell, and how far it may be off (rad): what
+    /// [`step`](Self::step) would find, without taking it.
+    #[cfg(feature = "alloc")]
+    pub fn turn(
+        &self,
+        config: &OdometryConfig<T>,
+        finder: &RangeFinder<T>,
+        matches: &[Match<T>],
+        dt: T,
+        odometry: Option<&MotionPrior<T>>,
+    ) -> (T, T) {
+        let mut tracks = alloc::vec![Track::default(); matches.len()];
+        let held = self.held_velocity(config, dt);
+        let prior = match odometry {
+            Some(step) => Some(self.clone().wheels_since_keyframe(step)),
+            None => held.map(|step| self.prior_since_keyframe(&step)),
+        };
+        let motion = ground_motion(&config.motion, finder, matches, prior.as_ref(), &mut tracks);
+        let (arc, covariance) = match (motion, prior) {
+            (Ok(motion), _) => (motion.arc, motion.arc_covariance),
+            (_, Some(prior)) => (prior.arc, prior.covariance),
+            _ => (Vector2::zeros(), Matrix2::identity()),
+        };
+        (arc.y, covariance.m22.sqrt() * T::lit(6.0))
     }
 
     fn held_velocity(&self, config: &OdometryConfig<T>, dt: T) -> Option<MotionPrior<T>> {

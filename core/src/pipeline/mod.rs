@@ -52,7 +52,7 @@ pub use snapshot::{saved_map, state_len};
 pub use storage::OnHeap;
 pub use storage::{Lent, Memory, Storage};
 #[cfg(all(feature = "alloc", feature = "sift"))]
-pub use visual_motion::{VisualConfig, VisualMotion, VisualStep};
+pub use visual_motion::{Look, VisualConfig, VisualMotion, VisualStep};
 
 use crate::Result;
 use crate::geometry::{Pose, RangeFinder};

@@ -8,9 +8,11 @@
 //! Who moves the robot: the pictures, fused with the odometry's steps since the last one, where the configuration says
 //! so or the floor carries the corners; elsewhere the odometry alone, reading by reading.
 use super::pixel_association::PixelAssociation;
-use super::visual_motion::{VisualMotion, VisualStep};
+use super::visual_motion::{Look, VisualMotion, VisualStep};
 use super::{Carrier, Config, MotionFrom, MovedBy, Pipeline, Report, Stage, Storage};
 use crate::features::Features;
+use crate::geometry::Camera;
+use crate::homography::FloorTexture;
 use crate::image::Grey;
 use crate::lines::Corner;
 use crate::slam::{Filter, Increment, Landmark};
@@ -121,6 +123,12 @@ impl Pictures {
         self.visual.detect(Grey::new(&self.rows, width, height)?)
     }
 
+    /// The texture of the picture at hand.
+    fn texture(&self, camera: &Camera<f32>) -> Option<FloorTexture> {
+        let picture = Grey::new(&self.rows, camera.width(), camera.height()).ok()?;
+        Some(FloorTexture::new(camera, picture))
+    }
+
     /// Who moves the robot over a picture that gave this step.
     fn moved_by(&self, step: Option<&VisualStep>, wheels: bool) -> MovedBy {
         match (step.filter(|_| self.move_robot && !self.moved_early), wheels) {
@@ -181,21 +189,23 @@ impl<S: Storage> Pipeline<S> {
 
     fn move_by_picture(&mut self, time: f64, features: Option<Features>) -> Result<MovedBy> {
         self.moment.begin();
-        let (measured, estimated) = (self.config.finder, self.finder());
+        let (measured, estimated, steady) = (self.config.finder, self.finder(), self.is_steady());
         let Some(pictures) = self.pictures.as_deref_mut() else { return Ok(MovedBy::Nothing) };
         let finder = if pictures.carry_alone { measured } else { estimated };
-        let mut seen = match features {
+        let mut features = match features {
             Some(features) => features,
             None => pictures.detect(finder.camera().width(), finder.camera().height())?,
         };
-        if !self.is_steady() {
-            for keypoint in &mut seen.keypoints {
+        // Of a picture that is not steady its pixels alone could be put right.
+        let texture = pictures.texture(finder.camera()).filter(|_| steady);
+        if !steady {
+            for keypoint in &mut features.keypoints {
                 keypoint.pixel = self.steady(&finder, keypoint.pixel);
             }
         }
         let Some(pictures) = self.pictures.as_deref_mut() else { return Ok(MovedBy::Nothing) };
         let wheels = pictures.steps.map(|read| self.map.filter().driven(&read).0);
-        let step = pictures.visual.follow(&finder, time, wheels.as_ref(), seen)?;
+        let step = pictures.visual.follow(&finder, time, wheels.as_ref(), Look { features, texture })?;
         pictures.pixels.look(step.as_ref());
         let moved_by = pictures.moved_by(step.as_ref(), wheels.is_some());
         let seconds = (time - self.map.filter().time()) as f32;

@@ -1,7 +1,8 @@
 //! The robot's motion from its pictures, for sequences that come without odometry.
 //!
 //! ```text
-//! picture → SIFT → matches with the keyframe → metric step over the floor, with covariance → Pipeline::motion
+//! picture ─┬─► SIFT      ─► matches with the keyframe ─┬─► metric step over the floor, with covariance ─► the filter
+//!          └─► texture   ─► patches of the floor      ─┘
 //! ```
 //!
 //! Memory grows with the picture (about 65 bytes a pixel), so this is for hosts and browsers: features `alloc` and
@@ -9,8 +10,8 @@
 use crate::features::{Detector, FeatureKind, Features, MatchConfig, SiftConfig};
 use crate::geometry::{Camera, RangeFinder};
 use crate::homography::{
-    Disagreement, GroundMotion, HomographyConfig, HomographyEstimate, Match, MotionPrior, NoMotion,
-    OdometryConfig, Track, VisualOdometry, estimate_homography,
+    Disagreement, FloorTexture, GroundMotion, HomographyConfig, HomographyEstimate, Match, MotionPrior,
+    NoMotion, OdometryConfig, Track, VisualOdometry, estimate_homography, floor_matches,
 };
 use crate::image::Grey;
 use crate::slam::Increment;
@@ -39,6 +40,12 @@ pub struct VisualConfig {
     /// keyframe=0.25 keyframe=1` of the tests' examples, "since keyframe").
     pub covariance_factor: f32,
 }
+
+/// Keypoints on the floor that tell a motion at least, where its texture does not.
+const FEW_ON_FLOOR: f32 = 12.0;
+/// Factor by which the covariance is larger still where patches of the floor take part: what a mount, a lens or a floor is off by moves them
+/// all alike.
+const PATCHES_SHARE: f32 = 4.0;
 
 impl Default for VisualConfig {
     fn default() -> Self {
@@ -80,13 +87,22 @@ pub struct VisualStep {
     pub new_keyframe: bool,
 }
 
+/// What a picture shows, as [`VisualMotion::follow`] takes it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Look {
+    /// Its keypoints.
+    pub features: Features,
+    /// Its texture, where floor is sought by it too.
+    pub texture: Option<FloorTexture>,
+}
+
 /// Keyframe, last velocity and working memory.
 #[derive(Clone, Debug)]
 pub struct VisualMotion {
     config: VisualConfig,
     detector: Detector,
     odometry: VisualOdometry<f32>,
-    keyframe: Option<Features>,
+    keyframe: Option<Look>,
     last_time: f64,
     /// Whether the free homography is estimated even where the floor's is found.
     free_wanted: bool,
@@ -163,11 +179,12 @@ impl VisualMotion {
         odometry: Option<&Increment<f32>>,
         picture: Grey<'_>,
     ) -> Result<Option<VisualStep>> {
-        let seen = self.detector.detect(picture)?;
-        self.follow(finder, time, odometry, seen)
+        let features = self.detector.detect(picture)?;
+        let texture = Some(FloorTexture::new(finder.camera(), picture));
+        self.follow(finder, time, odometry, Look { features, texture })
     }
 
-    /// As [`step_with`](Self::step_with), of features that were found elsewhere.
+    /// As [`step_with`](Self::step_with), of what was found elsewhere.
     ///
     /// # Errors
     /// [`Error::TimeBackwards`].
@@ -176,7 +193,7 @@ impl VisualMotion {
         finder: &RangeFinder<f32>,
         time: f64,
         odometry: Option<&Increment<f32>>,
-        seen: Features,
+        seen: Look,
     ) -> Result<Option<VisualStep>> {
         let Some(keyframe) = &self.keyframe else {
             (self.keyframe, self.last_time) = (Some(seen), time);
@@ -186,26 +203,34 @@ impl VisualMotion {
             return Err(Error::TimeBackwards { time, last: self.last_time });
         }
         let seconds = (time - self.last_time) as f32;
-        let matches = self.matches(keyframe, &seen)?;
-        let mut tracks = vec![Track::default(); matches.len()];
+        let mut matches = self.matches(&keyframe.features, &seen.features)?;
         let wheels = odometry.map(prior);
-        let report = self.odometry.step(
-            &self.config.odometry,
-            finder,
-            &matches,
-            seconds,
-            wheels.as_ref(),
-            &mut tracks,
-        );
+        let (of_keypoints, mut config) = (matches.len(), self.config.odometry);
+        if let (Some(before), Some(now)) = (&keyframe.texture, &seen.texture) {
+            let (turn, spread) =
+                self.odometry.turn(&self.config.odometry, finder, &matches, seconds, wheels.as_ref());
+            matches.extend(floor_matches(finder, [before, now], turn, spread));
+            if matches.len() == of_keypoints {
+                config.least_floor = FEW_ON_FLOOR;
+            }
+        }
+        let textured = matches.len() > of_keypoints;
+        let mut tracks = vec![Track::default(); matches.len()];
+        let report = self.odometry.step(&config, finder, &matches, seconds, wheels.as_ref(), &mut tracks);
         let wanted = self.free_wanted || report.motion.is_err();
-        let free = if wanted { free_homography(finder.camera(), &matches) } else { None };
+        let of_keypoints = matches.get(..of_keypoints).unwrap_or_default();
+        let free = if wanted { free_homography(finder.camera(), of_keypoints) } else { None };
         if report.new_keyframe {
             self.keyframe = Some(seen);
         }
         self.last_time = time;
         let step = report.increment;
         let delta = Vector3::new(step.x, step.y, step.heading);
-        let factor = if report.measured { self.config.covariance_factor } else { 1.0 };
+        let factor = match report.measured {
+            true if textured => self.config.covariance_factor * PATCHES_SHARE,
+            true => self.config.covariance_factor,
+            false => 1.0,
+        };
         let covariance = report.increment_covariance * factor;
         Ok(Some(VisualStep {
             increment: Increment { delta, covariance },
