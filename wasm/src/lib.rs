@@ -20,3 +20,16 @@ pub mod tape;
 pub use pipeline::Pipeline;
 pub use range_finder::RangeFinder;
 pub use report::Report;
+
+/// An error in its own words, its numbers written by the browser.
+fn sentence(error: monorange_core::Error) -> wasm_bindgen::JsError {
+    let mut words = String::new();
+    let number = |words: &mut dyn core::fmt::Write, number: f64| {
+        let written =
+            js_sys::Number::from(number).to_string_with_radix(10).ok().and_then(|text| text.as_string());
+        words.write_str(&written.unwrap_or_default())
+    };
+    // Writing to a string cannot fail.
+    let _ = error.write(&mut words, &number);
+    wasm_bindgen::JsError::new(&words)
+}

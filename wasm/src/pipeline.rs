@@ -10,6 +10,7 @@
 //!
 //! It is [`monorange_core::pipeline`] and nothing besides, so the numbers are those of the host and of the robot.
 use crate::report::{self, Report};
+use crate::sentence;
 use monorange_core::geometry::RangeFinder;
 use monorange_core::image::Grey;
 use monorange_core::pipeline::{Carrier, Config, MotionFrom, Odometry, Stage};
@@ -33,10 +34,6 @@ pub struct Pipeline {
 }
 
 type Answer<T> = core::result::Result<T, JsError>;
-
-fn sentence(error: monorange_core::Error) -> JsError {
-    JsError::new(&error.to_string())
-}
 
 #[wasm_bindgen]
 impl Pipeline {

@@ -1,5 +1,5 @@
 //! A camera on its mount, as JavaScript sees it.
-use crate::{outline, tape};
+use crate::{outline, sentence, tape};
 use monorange_core::Result;
 use monorange_core::geometry::{self, NoFloor};
 use monorange_wasm_rig::{JsRig, Rig};
@@ -57,7 +57,7 @@ impl RangeFinder {
     /// A sentence that names the entry at fault.
     #[wasm_bindgen(constructor)]
     pub fn of_rig(rig: &JsRig) -> core::result::Result<RangeFinder, JsError> {
-        Rig::read(rig).and_then(|rig| Self::new(&rig)).map_err(|error| JsError::new(&error.to_string()))
+        Rig::read(rig).and_then(|rig| Self::new(&rig)).map_err(sentence)
     }
 
     /// What the pixel (u, v) measures; (0, 0) is the centre of the top-left pixel.

@@ -125,6 +125,7 @@ impl core::error::Error for NoMotion {}
 ///
 /// # Errors
 /// [`NoMotion`], every variant.
+#[inline(never)] // two callers would have it twice in a page's first load
 pub fn ground_motion<T: Real>(
     config: &GroundMotionConfig<T>,
     finder: &RangeFinder<T>,

@@ -28,6 +28,7 @@ mod tests;
 
 use super::Keypoint;
 use crate::image::Grey;
+use crate::sort::sort_by;
 use crate::{Error, Result};
 use core::cmp::Ordering;
 use nalgebra::Vector2;
@@ -302,9 +303,9 @@ impl<'a> CandidateList<'a> {
     }
 }
 
-/// One sort for every order: the standard library's is 5 kB of program for each, and so is its selection of a median.
+/// One sort for every order.
 fn sort(candidates: &mut [Candidate], order: &dyn Fn(&Candidate, &Candidate) -> Ordering) {
-    candidates.sort_unstable_by(order);
+    sort_by(candidates, |one, other| order(one, other) == Ordering::Greater);
 }
 
 fn by_place(a: &Candidate, b: &Candidate) -> Ordering {

@@ -3,6 +3,7 @@ use super::FloorTexture;
 use super::contrast::Contrast;
 use crate::geometry::{Camera, RangeFinder};
 use crate::homography::planar::{PlanarRig, PlanarStep};
+use crate::sort::sort_by_key;
 use alloc::vec::Vec;
 use nalgebra::{Matrix3, Vector2, Vector3};
 
@@ -36,14 +37,14 @@ struct Sample {
 }
 
 /// What a step is tried on.
-struct Trial<'a, P> {
+struct Trial<'a> {
     rig: &'a PlanarRig<f32>,
     samples: Vec<Sample>,
     /// The second picture's contrast along a ray.
-    second: P,
+    second: &'a dyn Fn(Vector2<f32>) -> Option<f32>,
 }
 
-impl<P: Fn(Vector2<f32>) -> Option<f32>> Trial<'_, P> {
+impl Trial<'_> {
     /// By how many standard deviations the textures agree better than by chance, when the robot went along this arc.
     fn agreement(&self, arc: Vector2<f32>) -> f32 {
         let homography = floor_homography(self.rig, arc);
@@ -104,7 +105,7 @@ pub(super) fn search(
     let coarse = Trial {
         rig,
         samples: from.coarse_samples(rig, POINTS[0]),
-        second: |ray| to.coarse.nearest(to.cell(ray)),
+        second: &|ray| to.coarse.nearest(to.cell(ray)),
     };
     let apart = Vector2::new(APART[0] * rig.height, APART[1]);
     let widest = spread.clamp(TURNS[0], TURNS[1]);
@@ -114,19 +115,19 @@ pub(super) fn search(
     let side = (widest / apart.y) as i32;
     let tried = |path: i32, side: i32| Vector2::new(path as f32 * apart.x, turn + side as f32 * apart.y);
     let steps = (-side..=side).flat_map(|side| (back..=ahead).map(move |path| (path, side)));
-    let mut scored: Vec<_> =
+    let scored: Vec<_> =
         steps.map(|(path, side)| tried(path, side)).map(|arc| (arc, coarse.agreement(arc))).collect();
-    scored.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let camera = finder.camera();
-    let second = |ray: Vector2<f32>| camera.pixel_from_ray(ray).and_then(|pixel| to.fine.between(pixel));
-    let fine = Trial { rig, samples: from.fine_samples(camera, rig, POINTS[1]), second };
     let elsewhere = |a: &Vector2<f32>, b: &Vector2<f32>| (a - b).component_div(&apart).amax() > ELSEWHERE;
     let mut tops: Vec<Vector2<f32>> = Vec::new();
-    for (arc, _) in &scored {
-        if tops.len() < TOPS && tops.iter().all(|top| elsewhere(top, arc)) {
-            tops.push(*arc);
-        }
+    while tops.len() < TOPS {
+        let others = scored.iter().filter(|(arc, _)| tops.iter().all(|top| elsewhere(top, arc)));
+        let Some((arc, _)) = best_of(others.copied()) else { break };
+        tops.push(arc);
     }
+    let camera = finder.camera();
+    let second = &|ray: Vector2<f32>| camera.pixel_from_ray(ray).and_then(|pixel| to.fine.between(pixel));
+    let fine = Trial { rig, samples: from.fine_samples(camera, rig, POINTS[1]), second };
+    let whole = Trial { rig, samples: from.fine_samples(camera, rig, POINTS[2]), second };
     let mut scanned: Vec<_> = tops
         .iter()
         .map(|top| {
@@ -134,22 +135,25 @@ pub(super) fn search(
             // Along a floor of boards many steps look much alike.
             let along =
                 (-SCANNED..=SCANNED).map(|side| start + Vector2::new(side as f32 * apart.x * 0.25, 0.0));
-            let scanned = along.map(|arc| (arc, fine.agreement(arc)));
-            scanned.fold((start, 0.0), |best, tried| if tried.1 > best.1 { tried } else { best })
+            best_of(along.map(|arc| (arc, fine.agreement(arc)))).unwrap_or((start, 0.0))
         })
         .collect();
-    scanned.sort_by(|a, b| b.1.total_cmp(&a.1));
+    sort_by_key(&mut scanned, |(_, agreement)| -agreement);
     let nearest = Vector2::new(apart.x * 0.125, apart.y * 0.5);
     let climbed = scanned.iter().take(FINALISTS).map(|(start, _)| fine.climb(*start, nearest, 3).0);
-    let whole = Trial { rig, samples: from.fine_samples(camera, rig, POINTS[2]), second };
     let climbed: Vec<_> = climbed.map(|arc| (arc, whole.agreement(arc))).collect();
-    let (best, highest) = climbed.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let (best, highest) = best_of(climbed.iter().copied())?;
     let other = climbed
         .iter()
         .filter(|(arc, _)| elsewhere(arc, &best))
         .fold(0.0, |most: f32, (_, score)| most.max(*score));
     let stands_out = highest > BEYOND_CHANCE && (highest * highest - other * other) * 0.5 > BEYOND_OTHERS;
     stands_out.then_some(best)
+}
+
+/// The step whose textures agree best.
+fn best_of(steps: impl Iterator<Item = (Vector2<f32>, f32)>) -> Option<(Vector2<f32>, f32)> {
+    steps.reduce(|best, tried| if tried.1 > best.1 { tried } else { best })
 }
 
 impl FloorTexture {

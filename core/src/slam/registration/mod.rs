@@ -25,6 +25,7 @@
 mod joint;
 
 use crate::geometry::Pose;
+use crate::sort::sort_by_key;
 use alloc::vec::Vec;
 use core::f32::consts::PI;
 use joint::{Joint, joint, kept};
@@ -115,10 +116,11 @@ pub fn register(
             None => found.push(place),
         }
     }
-    found.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-    let (best, others) = found.split_first()?;
-    let rest = others.iter().fold(1.0, |sum, other| sum + expf(other.evidence - best.evidence));
-    let rest = rest - 1.0 + BESIDE * expf(-best.evidence);
+    let best =
+        found.iter().reduce(|best, other| if other.evidence > best.evidence { other } else { best })?;
+    let others = found.iter().filter(|other| !core::ptr::eq(*other, best));
+    let rest = others.fold(0.0, |sum, other| sum + expf(other.evidence - best.evidence));
+    let rest = rest + BESIDE * expf(-best.evidence);
     (best.pairs.len() >= LEAST && rest * SURE < 1.0).then(|| best.clone())
 }
 
@@ -142,7 +144,7 @@ impl<O: Fn(usize, usize) -> Matrix2<f32>, M: Fn(usize, usize) -> Matrix2<f32>> M
                     .then(|| ((spread(&self.own_covariance, i, j) + SESSION * SESSION) / square, j))
             };
             let mut partners: Vec<_> = self.own.iter().enumerate().filter_map(partner).collect();
-            partners.sort_by(|a, b| a.0.total_cmp(&b.0));
+            sort_by_key(&mut partners, |partner| partner.0);
             for (_, j) in partners.into_iter().take(PARTNERS) {
                 if !bases.contains(&[j, i]) {
                     bases.push([i, j]);
