@@ -30,6 +30,9 @@
 //! kilobytes of stack, whatever the number of matches. The covariance is first order and holds from four matches
 //! on (Criminisi, Reid & Zisserman, BMVC 1997).
 //!
+//! **The floor.** [`ground_motion`] takes the robot's step from matches on and above the floor. Where the floor has few
+//! keypoints, `floor_matches` (feature `alloc`) finds patches of its texture.
+//!
 //! **Limits.** One plane a call, or a camera that only turns. Mirrored pictures are not found. With fewer than
 //! half of the matches right, raise [`HomographyConfig::max_samples`].
 //!

@@ -43,9 +43,6 @@ pub struct VisualConfig {
 
 /// Keypoints on the floor that tell a motion at least, where its texture does not.
 const FEW_ON_FLOOR: f32 = 12.0;
-/// Factor by which the covariance is larger still where patches of the floor take part: what a mount, a lens or a floor is off by moves them
-/// all alike.
-const PATCHES_SHARE: f32 = 4.0;
 
 impl Default for VisualConfig {
     fn default() -> Self {
@@ -214,7 +211,6 @@ impl VisualMotion {
                 config.least_floor = FEW_ON_FLOOR;
             }
         }
-        let textured = matches.len() > of_keypoints;
         let mut tracks = vec![Track::default(); matches.len()];
         let report = self.odometry.step(&config, finder, &matches, seconds, wheels.as_ref(), &mut tracks);
         let wanted = self.free_wanted || report.motion.is_err();
@@ -226,11 +222,7 @@ impl VisualMotion {
         self.last_time = time;
         let step = report.increment;
         let delta = Vector3::new(step.x, step.y, step.heading);
-        let factor = match report.measured {
-            true if textured => self.config.covariance_factor * PATCHES_SHARE,
-            true => self.config.covariance_factor,
-            false => 1.0,
-        };
+        let factor = if report.measured { self.config.covariance_factor } else { 1.0 };
         let covariance = report.increment_covariance * factor;
         Ok(Some(VisualStep {
             increment: Increment { delta, covariance },

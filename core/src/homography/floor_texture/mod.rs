@@ -80,27 +80,28 @@ fn widest_rays(camera: &Camera<f32>, last: Vector2<f32>) -> [Vector2<f32>; 2] {
 /// stands out. Turns are tried round `turn`, as far as `spread` (rad).
 pub fn floor_matches(
     finder: &RangeFinder<f32>,
-    [from, to]: [&FloorTexture; 2],
+    [first, second]: [&FloorTexture; 2],
     turn: f32,
     spread: f32,
 ) -> Vec<Match<f32>> {
     let rig = PlanarRig::new(finder);
-    let Some(arc) = search::search(finder, &rig, [from, to], turn, spread) else { return Vec::new() };
+    let Some(arc) = search::search(finder, &rig, [first, second], turn, spread) else { return Vec::new() };
     let (camera, homography) = (finder.camera(), search::floor_homography(&rig, arc));
     let middle = SPACING / 2;
-    let rows = (middle..from.fine.height()).step_by(SPACING);
+    let rows = (middle..first.fine.height()).step_by(SPACING);
     let centres = rows.flat_map(|v| {
-        (middle..from.fine.width()).step_by(SPACING).map(move |u| Vector2::new(u as f32, v as f32))
+        (middle..first.fine.width()).step_by(SPACING).map(move |u| Vector2::new(u as f32, v as f32))
     });
-    let follow = |from_pixel: Vector2<f32>| {
-        let ray = camera.ray_from_pixel(from_pixel).filter(|ray| search::near_floor(&rig, *ray))?;
-        let seen = super::normal_equations::Transfer::at(&homography, ray)?;
-        let predicted = camera.pixel_from_ray(seen.point)?;
-        let by_from = camera.pixel_by_ray(seen.point) * seen.by_from * camera.ray_by_pixel(ray)?;
-        let (pixel, covariance) = patch::follow([&from.fine, &to.fine], from_pixel, predicted, &by_from)?;
+    let carried = |pixel: Vector2<f32>| {
+        let ray = camera.ray_from_pixel(pixel)?;
+        camera.pixel_from_ray(super::normal_equations::Transfer::at(&homography, ray)?.point)
+    };
+    let follow = |from: Vector2<f32>| {
+        camera.ray_from_pixel(from).filter(|ray| search::near_floor(&rig, *ray))?;
+        let (to, to_cov) = patch::follow([&first.fine, &second.fine], from, carried)?;
         // The first picture's share is a pixel's, or its covariance would be none.
         let own = Matrix2::from_diagonal_element(1e-4);
-        Some(Match { from: from_pixel, to: pixel, from_cov: own, to_cov: covariance })
+        Some(Match { from, to, from_cov: own, to_cov })
     };
     centres.filter_map(follow).collect()
 }
