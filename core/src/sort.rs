@@ -3,18 +3,24 @@
 
 /// Sorts in place by a key; what is nearly sorted already costs little. Equal items come in any order.
 pub(crate) fn sort_by_key<T: Copy, K: PartialOrd>(items: &mut [T], key: impl Fn(&T) -> K) {
-    sort_by(items, |one, other| key(one) > key(other));
+    sort(items, &key, |other, here| key(other) > *here);
 }
 
-/// Sorts in place; `follows` says whether its first comes behind its second.
+/// As [`sort_by_key`], where `follows` says whether its first comes behind its second.
 pub(crate) fn sort_by<T: Copy>(items: &mut [T], follows: impl Fn(&T, &T) -> bool) {
+    sort(items, |item| *item, follows);
+}
+
+/// `read` is what an item on its way is compared by, once for all its comparisons.
+fn sort<T: Copy, K>(items: &mut [T], read: impl Fn(&T) -> K, follows: impl Fn(&T, &K) -> bool) {
     for gap in [1001, 144, 16, 1] {
         for at in gap..items.len() {
             let Some(moved) = items.get(at).copied() else { return };
+            let here = read(&moved);
             let mut to = at;
             while let Some(from) = to.checked_sub(gap)
                 && let Some(other) = items.get(from).copied()
-                && follows(&other, &moved)
+                && follows(&other, &here)
                 && let Some(slot) = items.get_mut(to)
             {
                 *slot = other;

@@ -3,11 +3,12 @@
 //! ```text
 //! c = (mean₃(I) − mean₇(I))/rms₁₃                           contrast: texture without light
 //! z(s, θ) = √n Σ c₁ c₂/√(Σ c₁² Σ c₂²)                       c₂ where H(s, θ), the floor's homography of the step, carries the point
-//! Σ_p = σ² (Σ ∇c₂ ∇c₂ᵀ)⁻¹                                   a patch's place, from what its two pictures differ by
+//! Σ_p = σ² C⁻¹ (Σ ∇c₂ ∇c₂ᵀ) C⁻¹,   C = Σ ∇c₁ ∇c₂ᵀ          a patch's place; σ²: what its two pictures differ by
 //! ```
 //!
 //! 1. Every step (s, θ) that a robot can make between two pictures is tried on a coarse picture of rays; one stands out, or there is no
-//!    floor in view.
+//!    floor in view. It must be likelier by far, for neighbouring pixels are not independent: on dev_home and dev_office, which the
+//!    bounds were chosen on, wrong steps came to 43 at most. A school and a warehouse, rendered too, were left to judge.
 //! 2. Patches all over the floor are sought where that step has them, to a fraction of a pixel: they are matches like those of
 //!    keypoints, and [`ground_motion`](super::ground_motion) takes both.
 mod contrast;
