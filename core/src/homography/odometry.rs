@@ -193,11 +193,7 @@ impl<T: Real> VisualOdometry<T> {
         odometry: Option<&MotionPrior<T>>,
         tracks: &mut [Track<T>],
     ) -> OdometryReport<T> {
-        let held = self.held_velocity(config, dt);
-        let prior = match odometry {
-            Some(step) => Some(self.wheels_since_keyframe(step)),
-            None => held.map(|step| self.prior_since_keyframe(&step)),
-        };
+        let prior = self.prior(config, dt, odometry);
         let motion = ground_motion(&config.motion, finder, matches, prior.as_ref(), tracks);
         let known = odometry.and(prior.as_ref());
         let motion = motion.and_then(|motion| match known {
@@ -250,11 +246,7 @@ impl<T: Real> VisualOdometry<T> {
         odometry: Option<&MotionPrior<T>>,
     ) -> (T, T) {
         let mut tracks = alloc::vec![Track::default(); matches.len()];
-        let held = self.held_velocity(config, dt);
-        let prior = match odometry {
-            Some(step) => Some(self.clone().wheels_since_keyframe(step)),
-            None => held.map(|step| self.prior_since_keyframe(&step)),
-        };
+        let prior = { *self }.prior(config, dt, odometry);
         let motion = ground_motion(&config.motion, finder, matches, prior.as_ref(), &mut tracks);
         let (arc, covariance) = match (motion, prior) {
             (Ok(motion), _) => (motion.arc, motion.arc_covariance),
@@ -262,6 +254,19 @@ impl<T: Real> VisualOdometry<T> {
             _ => (Vector2::zeros(), Matrix2::identity()),
         };
         (arc.y, covariance.m22.sqrt() * T::lit(6.0))
+    }
+
+    /// What is known of the motion since the keyframe beforehand: the wheels', this step's too, or the last velocity held.
+    fn prior(
+        &mut self,
+        config: &OdometryConfig<T>,
+        dt: T,
+        odometry: Option<&MotionPrior<T>>,
+    ) -> Option<MotionPrior<T>> {
+        match odometry {
+            Some(step) => Some(self.wheels_since_keyframe(step)),
+            None => self.held_velocity(config, dt).map(|step| self.prior_since_keyframe(&step)),
+        }
     }
 
     fn held_velocity(&self, config: &OdometryConfig<T>, dt: T) -> Option<MotionPrior<T>> {

@@ -197,7 +197,7 @@ impl<S: Storage> Pipeline<S> {
             None => pictures.detect(finder.camera().width(), finder.camera().height())?,
         };
         // Of a picture that is not steady its pixels alone could be put right.
-        let texture = pictures.texture(finder.camera()).filter(|_| steady);
+        let texture = if steady { pictures.texture(finder.camera()) } else { None };
         if !steady {
             for keypoint in &mut features.keypoints {
                 keypoint.pixel = self.steady(&finder, keypoint.pixel);

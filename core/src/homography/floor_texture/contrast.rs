@@ -1,5 +1,4 @@
 //! A picture's texture without its light.
-use crate::image::Grey;
 use alloc::vec;
 use alloc::vec::Vec;
 use nalgebra::Vector2;
@@ -19,14 +18,14 @@ const NOISE: f32 = 12.0;
 pub(super) struct Contrast {
     values: Vec<i8>,
     width: usize,
+    height: usize,
 }
 
 impl Contrast {
-    pub(super) fn of(picture: Grey<'_>) -> Self {
-        let width = picture.width();
+    /// Of grey levels from 0 to 255, row by row.
+    pub(super) fn of(grey: &[i32], width: usize) -> Self {
         let [fine, light, around] = HALF_SIDES;
-        let grey: Vec<i32> = picture.pixels().iter().map(|grey| i32::from(*grey)).collect();
-        let (near, far) = (box_sums(&grey, width, fine), box_sums(&grey, width, light));
+        let (near, far) = (box_sums(grey, width, fine), box_sums(grey, width, light));
         let [few, many] = [fine, light].map(|half| area(half) as i32);
         let difference: Vec<_> =
             near.iter().zip(&far).map(|(near, far)| (near * many - far * few) / PARTS).collect();
@@ -36,7 +35,7 @@ impl Contrast {
             let rms = libm::sqrtf(power as f32 / area(around) as f32 + NOISE);
             (*value as f32 / rms * ONE) as i8
         });
-        Self { values: values.collect(), width }
+        Self { values: values.collect(), width, height: grey.len() / width }
     }
 
     pub(super) fn width(&self) -> usize {
@@ -44,24 +43,32 @@ impl Contrast {
     }
 
     pub(super) fn height(&self) -> usize {
-        self.values.len() / self.width
+        self.height
+    }
+
+    /// Whether a place is in the picture, so far from its right and lower edge; a ray that is all but level has one a billion pixels away.
+    fn holds(&self, at: Vector2<f32>, edge: f32) -> bool {
+        let (right, below) = (self.width as f32 - edge, self.height as f32 - edge);
+        at.x >= 0.0 && at.y >= 0.0 && at.x < right && at.y < below
     }
 
     /// At the nearest pixel, where there is one.
     pub(super) fn nearest(&self, at: Vector2<f32>) -> Option<f32> {
-        let inside = at.x >= 0.0 && at.y >= 0.0 && at.x < self.width as f32 - 0.5;
+        if !self.holds(at, 0.5) {
+            return None;
+        }
         let (u, v) = ((at.x + 0.5) as u32 as usize, (at.y + 0.5) as u32 as usize);
-        self.values.get(v * self.width + u).filter(|_| inside).map(|value| f32::from(*value))
+        self.values.get(v * self.width + u).map(|value| f32::from(*value))
     }
 
     /// Between four pixels.
     pub(super) fn between(&self, at: Vector2<f32>) -> Option<f32> {
-        let inside = at.x >= 0.0 && at.y >= 0.0 && at.x < (self.width - 1) as f32;
+        if !self.holds(at, 1.0) {
+            return None;
+        }
         let (u, v) = (at.x as u32 as usize, at.y as u32 as usize);
         let start = v * self.width + u;
-        let Some([a, b, .., c, d]) = self.values.get(start..start + self.width + 2).filter(|_| inside) else {
-            return None;
-        };
+        let Some([a, b, .., c, d]) = self.values.get(start..start + self.width + 2) else { return None };
         let (x, y) = (at.x - u as f32, at.y - v as f32);
         let [a, b, c, d] = [a, b, c, d].map(|value| f32::from(*value));
         Some((a + (b - a) * x) * (1.0 - y) + (c + (d - c) * x) * y)
@@ -110,9 +117,9 @@ mod tests {
     #[test]
     fn light_and_its_slope_are_no_contrast_and_noise_is_little() {
         let picture = |texture: &dyn Fn(usize, usize) -> i32| {
-            let pixels: Vec<u8> =
-                (0..40 * 40).map(|k| (60 + (k % 40) as i32 + texture(k % 40, k / 40)) as u8).collect();
-            Contrast::of(Grey::new(&pixels, 40, 40).unwrap()).values[19 * 40 + 19]
+            let grey: Vec<i32> =
+                (0..40 * 40).map(|k| 60 + (k % 40) as i32 + texture(k % 40, k / 40)).collect();
+            Contrast::of(&grey, 40).values[19 * 40 + 19]
         };
         assert_eq!(picture(&|_, _| 0), 0);
         assert!(picture(&|u, v| if (u / 3 + v / 3) % 2 == 0 { 2 } else { -2 }).unsigned_abs() > 16);

@@ -55,11 +55,10 @@ impl FloorTexture {
             let ray = first + Vector2::new((cell % width) as f32, (cell / width) as f32) / COARSE_FOCAL;
             let pixel = camera.pixel_from_ray(ray).unwrap_or_default().sup(&Vector2::zeros()).inf(&last);
             let at = (pixel.y + 0.5) as usize * picture.width() + (pixel.x + 0.5) as usize;
-            (sums.get(at).copied().unwrap_or_default() / contrast::area(half) as i32) as u8
+            sums.get(at).copied().unwrap_or_default() / contrast::area(half) as i32
         });
-        let coarse: Vec<u8> = means.collect();
-        let coarse = Grey::new(&coarse, width, height).map_or_else(|_| Contrast::of(picture), Contrast::of);
-        Self { fine: Contrast::of(picture), coarse, first }
+        let means: Vec<i32> = means.collect();
+        Self { fine: Contrast::of(&grey, picture.width()), coarse: Contrast::of(&means, width), first }
     }
 }
 

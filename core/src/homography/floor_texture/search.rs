@@ -89,7 +89,7 @@ pub(super) fn floor_homography(rig: &PlanarRig<f32>, arc: Vector2<f32>) -> Matri
     rig.view(&PlanarStep::new(arc.x, 0.0, arc.y)).homography()
 }
 
-/// Inverse depth of the floor along a ray, where it is near enough.
+/// Whether a ray meets the floor near enough.
 pub(super) fn near_floor(rig: &PlanarRig<f32>, ray: Vector2<f32>) -> bool {
     rig.floor_from_ray(ray).is_some_and(|point| point.norm() < FAR * rig.height)
 }
