@@ -38,6 +38,11 @@ impl Contrast {
         Self { values: values.collect(), width, height: grey.len() / width }
     }
 
+    /// Row by row.
+    pub(super) fn values(&self) -> &[i8] {
+        &self.values
+    }
+
     pub(super) fn width(&self) -> usize {
         self.width
     }
@@ -83,13 +88,19 @@ pub(super) fn area(half: usize) -> usize {
 /// Sums over squares of `2 half + 1` a side round each place, the edges repeated outwards.
 pub(super) fn box_sums(values: &[i32], width: usize, half: usize) -> Vec<i32> {
     let mut across = Vec::with_capacity(values.len());
+    let mut padded = Vec::with_capacity(width + 2 * half + 1);
     for row in values.chunks_exact(width) {
-        let at = |u: usize| row.get(u.min(width - 1)).copied().unwrap_or_default();
-        let mut sum = at(0) * half as i32 + (0..=half).map(at).sum::<i32>();
-        for u in 0..width {
-            across.push(sum);
-            sum += at(u + half + 1) - at(u.saturating_sub(half));
-        }
+        let [first, last] = [row.first(), row.last()].map(|end| end.copied().unwrap_or_default());
+        padded.clear();
+        padded.extend(core::iter::repeat_n(first, half).chain(row.iter().copied()));
+        padded.extend(core::iter::repeat_n(last, half + 1));
+        let (before, entering) = padded.split_at(2 * half + 1);
+        let mut sum: i32 = before.iter().sum();
+        across.extend(entering.iter().zip(&padded).map(|(entering, leaving)| {
+            let here = sum;
+            sum += entering - leaving;
+            here
+        }));
     }
     let rows: Vec<&[i32]> = across.chunks_exact(width).collect();
     let last = rows.len().saturating_sub(1);
