@@ -8,7 +8,7 @@ use super::sample::Sampler;
 use super::{Homography, Match};
 use crate::Real;
 use crate::geometry::{Pose, RangeFinder};
-use nalgebra::{Matrix2, Matrix3, Matrix3x4, SMatrix, SVector, Vector2};
+use nalgebra::{Matrix2, Matrix3, Matrix3x4, SMatrix, SVector, Vector2, Vector3};
 
 /// How the robot can move.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -75,6 +75,8 @@ pub struct GroundMotion<T> {
     pub covariance: Matrix3<T>,
     /// ∂(dx, dy, dθ)/∂(height, tilt, roll, yaw) of the mount: how its error, which all steps share, goes into the step.
     pub by_mount: Matrix3x4<T>,
+    /// What the matches say of the mount, where they say anything.
+    pub mount: Option<MountEvidence<T>>,
     /// ∂arc/∂(what was known of it beforehand): how much of the prior is in the step; zero without one.
     pub arc_by_prior: Matrix2<T>,
     /// Path along the arc (m) and turn (rad): v Δt and ω Δt of the paper's control.
@@ -91,6 +93,15 @@ pub struct GroundMotion<T> {
     pub variance_factor: T,
     /// Samples drawn.
     pub samples: u32,
+}
+
+/// What matches say of the mount's angles, whatever the step is: a floor moves in the picture as it does under one tilt, roll and yaw only.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MountEvidence<T> {
+    /// By how much tilt, roll and yaw (rad) are more than the mount has them.
+    pub errors: Vector3<T>,
+    /// Its information, the inverse of its covariance, rad⁻².
+    pub information: Matrix3<T>,
 }
 
 /// Why there is no motion: an outcome, not a broken contract.
@@ -416,6 +427,7 @@ impl<'a, T: Real> MotionProblem<'a, T> {
             return Err(NoMotion::Degenerate);
         }
         let pose_by_step = step.pose_by_step();
+        let by_mount = self.by_mount(refined, tracks);
         let arc_covariance = Matrix2::new(covariance.m11, covariance.m13, covariance.m31, covariance.m33);
         let view = self.rig.view(step);
         let by_step = view.homography_by_step();
@@ -424,7 +436,8 @@ impl<'a, T: Real> MotionProblem<'a, T> {
         Ok(GroundMotion {
             pose: step.pose(),
             covariance: pose_by_step * covariance * pose_by_step.transpose(),
-            by_mount: pose_by_step * inverse * self.gradient_by_mount(refined, tracks),
+            by_mount: pose_by_step * inverse * by_mount.gradient,
+            mount: self.mount_evidence(&by_mount, refined, tracks, &inverse),
             arc_by_prior: self.prior.map_or_else(Matrix2::zeros, |(_, information)| {
                 Matrix2::new(inverse.m11, inverse.m13, inverse.m31, inverse.m33) * information
             }),

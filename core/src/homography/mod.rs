@@ -57,7 +57,7 @@ pub use estimate::{Homography, PredictedPoint};
 #[cfg(feature = "alloc")]
 pub use floor_texture::{FloorTexture, floor_matches};
 pub use ground_motion::{
-    GroundMotion, GroundMotionConfig, MotionModel, MotionPrior, NoMotion, ground_motion,
+    GroundMotion, GroundMotionConfig, MotionModel, MotionPrior, MountEvidence, NoMotion, ground_motion,
 };
 pub use matches::{Match, UNEVEN_VAR_PX2};
 pub use motion_likelihood::{Membership, Track};

@@ -190,6 +190,7 @@ impl<S: Storage> Pipeline<S> {
     fn move_by_picture(&mut self, time: f64, features: Option<Features>) -> Result<MovedBy> {
         self.moment.begin();
         let (measured, estimated, steady) = (self.config.finder, self.finder(), self.is_steady());
+        let sway = self.config.sway;
         let Some(pictures) = self.pictures.as_deref_mut() else { return Ok(MovedBy::Nothing) };
         let finder = if pictures.carry_alone { measured } else { estimated };
         let mut features = match features {
@@ -218,6 +219,9 @@ impl<S: Storage> Pipeline<S> {
         match (moved_by, step, waiting) {
             (MovedBy::Pictures | MovedBy::Both | MovedBy::Held, Some(step), _) => {
                 filter.predict_seen(time, &step.increment, &step.by_mount, &step.by_wheels)?;
+                if let Some(evidence) = step.mount.as_ref().filter(|_| steady && sway == 0.0) {
+                    filter.update_mount(&evidence.errors, &evidence.information)?;
+                }
                 // What the wheels measured otherwise is the mount's error, or their own.
                 if let Some(by) = &step.disagreement {
                     filter.update_shared(&by.arc, &by.covariance, &by.by_mount, &by.by_wheels)?;

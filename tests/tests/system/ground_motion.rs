@@ -203,3 +203,20 @@ fn a_mount_that_is_off_makes_wheels_and_pictures_differ_as_the_derivative_says()
         assert!((found - expected).norm() < 0.05 * expected.norm().max(0.02), "{index}: {found} {expected}");
     }
 }
+
+#[test]
+fn matches_of_a_floor_tell_by_how_much_the_mount_is_off() {
+    let truth = Pose::new(0.2, 0.005, 0.05);
+    let errors = [0.0002, -0.0007, 0.0005];
+    let mut parameters = finder::<f64>().mount().parameters();
+    parameters.iter_mut().skip(1).zip(errors).for_each(|(parameter, error)| *parameter -= error);
+    let believed = RangeFinder::new(*finder::<f64>().camera(), Mount::new(parameters).expect("a mount"));
+    let (mut told, trials) = (0.0, 40);
+    for seed in 0..trials {
+        let matches = corridor(&mut Noise::new(seed), &finder(), &truth, [120, 0, 0], 0.2);
+        let found = solve_with(&believed, &matches, MotionModel::Wheeled).mount.expect("an angle");
+        let off = Vector3::from(errors) - found.errors;
+        told += off.dot(&(found.information * off)) / (3 * trials) as f64;
+    }
+    assert!(told > 0.6 && told < 1.6, "NEES per angle {told}");
+}

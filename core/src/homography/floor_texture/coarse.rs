@@ -32,7 +32,7 @@ impl Points {
     pub(super) fn agreement(&mut self, homography: &Matrix3<f32>, second: &Contrast) -> f32 {
         let Self { rays: [x, y], contrasts, cells } = self;
         let size = [second.width(), second.height()].map(|side| side as u32);
-        widest!((&x[..], &y[..], *homography, size, &mut cells[..]), find);
+        widest!(([&x[..], &y[..]], *homography, size, &mut cells[..]), find);
         let values = second.values();
         let (mut product, mut first, mut other_power, mut count) = (0, 0, 0, 0);
         for (contrast, cell) in contrasts.iter().zip(cells) {
@@ -49,9 +49,12 @@ impl Points {
     }
 }
 
+/// Rays (x, y), the homography, the size of the second picture, and room for the cells.
+type Search<'a> = ([&'a [f32]; 2], Matrix3<f32>, [u32; 2], &'a mut [u32]);
+
 /// The cells where rays are seen, row by row; `u32::MAX` for those that are not.
 #[inline(always)]
-fn find((x, y, homography, [width, height], cells): (&[f32], &[f32], Matrix3<f32>, [u32; 2], &mut [u32])) {
+fn find(([x, y], homography, [width, height], cells): Search<'_>) {
     let [[a, d, g], [b, e, h], [c, f, i]] = homography.data.0;
     for ((x, y), cell) in x.iter().zip(y).zip(cells) {
         let depth = g * x + h * y + i;
@@ -72,7 +75,7 @@ mod tests {
         let homography = Matrix3::new(10.0, 0.0, 2.0, 0.0, 10.0, 1.0, 0.0, 1.0, 1.0);
         let found = |x: f32, y: f32| {
             let mut cells = [7];
-            find((&[x], &[y], homography, [5, 4], &mut cells));
+            find(([&[x], &[y]], homography, [5, 4], &mut cells));
             cells[0]
         };
         assert_eq!([found(0.0, 0.0), found(0.24, 0.0), found(0.26, 0.0)], [7, 9, u32::MAX]);

@@ -1,13 +1,26 @@
 //! How far off the step may be, by its matches and by the mount.
-use super::{MotionProblem, RefinedStep};
+use super::{MotionProblem, MountEvidence, RefinedStep};
 use crate::Real;
 use crate::geometry::{Mount, RangeFinder};
 use crate::homography::motion_likelihood::{StepEquations, Track, Trial};
 use crate::homography::planar::{PlanarRig, STEP};
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 /// How much more uncertain a step may be without one of its matches, in variance.
 const LEVERAGE: f64 = 9.0;
+
+/// By which the mount is changed to see what changes with it: rad, and in parts of its height.
+const CHANGE: f64 = 1e-3;
+/// Angles beyond which a likelihood's curvature says nothing, rad.
+const FAR: f64 = 0.1;
+
+/// What the mount's height, tilt, roll and yaw change.
+pub(super) struct ByMount<T> {
+    /// ∂gradient/∂mount.
+    pub(super) gradient: SMatrix<T, STEP, 4>,
+    /// Log-likelihoods with a little more of each, and a little less.
+    scores: [[T; 2]; 4],
+}
 
 impl<T: Real> MotionProblem<'_, T> {
     /// H⁻¹, and the covariance of the parameters.
@@ -78,31 +91,66 @@ impl<T: Real> MotionProblem<'_, T> {
         matrix
     }
 
-    /// ∂gradient/∂(height, tilt, roll, yaw) at a step, by central differences. Where the gradient is zero, the step
-    /// moves by H⁻¹ times that (the implicit function theorem).
-    pub(super) fn gradient_by_mount(
+    /// Likelihood and its gradient by the mount, by central differences. Where the gradient is zero, the step moves by H⁻¹ times what the
+    /// mount changes of it (the implicit function theorem).
+    pub(super) fn by_mount(&self, refined: &RefinedStep<T>, tracks: &[Track<T>]) -> ByMount<T> {
+        let size = T::lit(CHANGE);
+        let mut by_mount = ByMount { gradient: SMatrix::zeros(), scores: [[T::zero(); 2]; 4] };
+        let columns = by_mount.gradient.column_iter_mut().zip(&mut by_mount.scores).enumerate();
+        for (index, (mut column, scores)) in columns {
+            let change = if index == 0 { size * self.finder.mount().height() } else { size };
+            let [after, before] =
+                [change, -change].map(|change| self.moved(refined, tracks, &[(index, change)]));
+            if let Some((after, before)) = after.zip(before) {
+                column.copy_from(&((after.gradient - before.gradient) / (change + change)));
+                *scores = [after.score, before.score];
+            }
+        }
+        by_mount
+    }
+
+    /// The likelihood's gradient and curvature by tilt, roll and yaw, the step's parameters taken out of the curvature (Schur's complement), as
+    /// errors with their information. `None` where it has no maximum there.
+    pub(super) fn mount_evidence(
+        &self,
+        by_mount: &ByMount<T>,
+        refined: &RefinedStep<T>,
+        tracks: &[Track<T>],
+        inverse: &SMatrix<T, STEP, STEP>,
+    ) -> Option<MountEvidence<T>> {
+        let (size, here) = (T::lit(CHANGE), refined.sums.score);
+        let [_, angles @ ..] = by_mount.scores;
+        let gradient = Vector3::from(angles.map(|[after, before]| (after - before) / (size + size)));
+        let square = size * size;
+        let curvature = |sum: T| -(sum + here) / square;
+        let [tilt, roll, yaw] = angles.map(|[after, before]| curvature(after + before - here * T::lit(3.0)));
+        let both = |[one, other]: [usize; 2]| {
+            let moved = self.moved(refined, tracks, &[(one, size), (other, size)])?.score;
+            let alone =
+                [one, other].map(|index| by_mount.scores.get(index).map_or(here, |[after, _]| *after));
+            Some(curvature(moved - alone[0] - alone[1]))
+        };
+        let (tilt_roll, tilt_yaw, roll_yaw) = (both([1, 2])?, both([1, 3])?, both([2, 3])?);
+        let whole =
+            Matrix3::new(tilt, tilt_roll, tilt_yaw, tilt_roll, roll, roll_yaw, tilt_yaw, roll_yaw, yaw);
+        let step_by_angles = by_mount.gradient.fixed_columns::<3>(1).into_owned();
+        let information = whole - step_by_angles.tr_mul(&(inverse * step_by_angles));
+        let errors = information.cholesky()?.solve(&gradient);
+        (errors.amax() < T::lit(FAR)).then_some(MountEvidence { errors, information })
+    }
+
+    /// The matches' equations at the step, under another mount.
+    fn moved(
         &self,
         refined: &RefinedStep<T>,
         tracks: &[Track<T>],
-    ) -> SMatrix<T, STEP, 4> {
-        let mount = self.finder.mount();
-        let size = T::lit(1e-3);
-        let gradient = |index: usize, change: T| {
-            let mut parameters = mount.parameters();
-            if let Some(parameter) = parameters.get_mut(index) {
-                *parameter += change;
-            }
-            let moved = RangeFinder::new(*self.finder.camera(), Mount::new(parameters).ok()?);
-            let rig = PlanarRig::new(&moved);
-            Some(Trial::new(&rig, &refined.step, refined.scene).equations(tracks).gradient)
-        };
-        let mut jacobian = SMatrix::<T, STEP, 4>::zeros();
-        for (index, mut column) in jacobian.column_iter_mut().enumerate() {
-            let change = if index == 0 { size * mount.height() } else { size };
-            if let Some((after, before)) = gradient(index, change).zip(gradient(index, -change)) {
-                column.copy_from(&((after - before) / (change + change)));
-            }
+        changes: &[(usize, T)],
+    ) -> Option<StepEquations<T>> {
+        let mut parameters = self.finder.mount().parameters();
+        for (index, change) in changes {
+            *parameters.get_mut(*index)? += *change;
         }
-        jacobian
+        let moved = RangeFinder::new(*self.finder.camera(), Mount::new(parameters).ok()?);
+        Some(Trial::new(&PlanarRig::new(&moved), &refined.step, refined.scene).equations(tracks))
     }
 }

@@ -30,7 +30,7 @@ use crate::slam::models::arc_rotation;
 use crate::vectors::widest;
 use crate::{Error, Real, Result};
 use core::ops::Range;
-use nalgebra::{Matrix2, Matrix2x3, Matrix2x4, Matrix3, Vector2};
+use nalgebra::{Matrix2, Matrix2x3, Matrix2x4, Matrix3, Vector2, Vector3};
 
 /// Corrections found and not yet made.
 #[derive(Debug, Default)]
@@ -138,6 +138,34 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         let outcome = self.absorb(&absorbed, &mut pending);
         self.finish(pending);
         Ok(outcome)
+    }
+
+    /// Corrects the mount's angles by `errors`, by how much tilt, roll and yaw are more than the filter has them (rad), a measurement of
+    /// this information; where the mount is no state nothing happens.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] when a number is not finite, or the information not positive definite.
+    pub fn update_mount(&mut self, errors: &Vector3<T>, information: &Matrix3<T>) -> Result<()> {
+        let expected = "a positive definite information";
+        let value = information.m11.to_f64();
+        let root =
+            information.cholesky().ok_or(Error::OutOfRange { name: "information", value, expected })?;
+        // Lᵀ errors has a covariance of one: three measurements, taken in pairs.
+        let whitening = root.l().transpose();
+        let angles = |filter: &Self| {
+            filter.mount_error().map_or_else(Vector3::zeros, |error| error.fixed_rows::<3>(1).into())
+        };
+        let before = angles(self);
+        for pair in [[Some(0), Some(1)], [Some(2), None]] {
+            let left = errors - (angles(self) - before);
+            let (mut difference, mut by_mount) = (Vector2::zeros(), Matrix2x4::zeros());
+            for (row, of) in pair.into_iter().enumerate().filter_map(|(row, of)| Some((row, of?))) {
+                difference[row] = (whitening.row(of) * left).x;
+                by_mount.fixed_view_mut::<1, 3>(row, 1).copy_from(&whitening.row(of));
+            }
+            self.update_shared(&difference, &Matrix2::identity(), &by_mount, &Matrix2x3::zeros())?;
+        }
+        Ok(())
     }
 
     pub(in crate::slam) fn slot(&self, id: u32) -> Result<usize> {
