@@ -79,7 +79,7 @@ pub struct VisualStep {
     pub by_wheels: Matrix3<f32>,
     /// How the wheels differ from the pictures, where a keyframe ends that both have measured.
     pub disagreement: Option<Disagreement<f32>>,
-    /// What the matches say of the mount, where a keyframe ends, as far as it can be taken for knowledge: [`MOUNT_FACTOR`].
+    /// What the matches say of the mount, where a keyframe ends, as far as it can be taken for knowledge.
     pub mount: Option<MountEvidence<f32>>,
     /// Whether the pictures gave it; else the last velocity was held.
     pub measured: bool,
