@@ -100,8 +100,8 @@ pub struct GroundMotion<T> {
 pub struct MountEvidence<T> {
     /// By how much tilt, roll and yaw (rad) are more than the mount has them.
     pub errors: Vector3<T>,
-    /// Its information, the inverse of its covariance, rad⁻².
-    pub information: Matrix3<T>,
+    /// Its covariance, rad².
+    pub covariance: Matrix3<T>,
 }
 
 /// Why there is no motion: an outcome, not a broken contract.
@@ -299,6 +299,7 @@ impl<'a, T: Real> MotionProblem<'a, T> {
     }
 
     /// Information and gradient with priors, the fixed parameters' rows emptied.
+    #[inline(never)] // as the next ones: 6×6 matrices unrolled at each call are a tenth of a page's pipeline
     fn constrained(
         &self,
         step: &PlanarStep<T>,

@@ -220,7 +220,7 @@ impl<S: Storage> Pipeline<S> {
             (MovedBy::Pictures | MovedBy::Both | MovedBy::Held, Some(step), _) => {
                 filter.predict_seen(time, &step.increment, &step.by_mount, &step.by_wheels)?;
                 if let Some(evidence) = step.mount.as_ref().filter(|_| steady && sway == 0.0) {
-                    filter.update_mount(&evidence.errors, &evidence.information)?;
+                    filter.update_mount(&evidence.errors, &evidence.covariance)?;
                 }
                 // What the wheels measured otherwise is the mount's error, or their own.
                 if let Some(by) = &step.disagreement {

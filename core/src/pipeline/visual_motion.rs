@@ -234,7 +234,7 @@ impl VisualMotion {
         let factor = if report.measured { self.config.covariance_factor } else { 1.0 };
         let covariance = report.increment_covariance * factor;
         let mount = report.motion.as_ref().ok().and_then(|motion| motion.mount);
-        let mount = mount.and_then(believed);
+        let mount = mount.map(believed);
         Ok(Some(VisualStep {
             increment: Increment { delta, covariance },
             by_mount: report.increment_by_mount,
@@ -262,10 +262,9 @@ impl VisualMotion {
 }
 
 /// What a keyframe says of the mount, as knowledge.
-fn believed(said: MountEvidence<f32>) -> Option<MountEvidence<f32>> {
+fn believed(said: MountEvidence<f32>) -> MountEvidence<f32> {
     let shared = Matrix3::from_diagonal_element(MOUNT_STD * MOUNT_STD);
-    let covariance = said.information.try_inverse()? * MOUNT_FACTOR + shared;
-    Some(MountEvidence { information: covariance.try_inverse()?, ..said })
+    MountEvidence { covariance: said.covariance * MOUNT_FACTOR + shared, ..said }
 }
 
 /// The wheels' step as path and turn.

@@ -216,7 +216,7 @@ fn matches_of_a_floor_tell_by_how_much_the_mount_is_off() {
         let matches = corridor(&mut Noise::new(seed), &finder(), &truth, [120, 0, 0], 0.2);
         let found = solve_with(&believed, &matches, MotionModel::Wheeled).mount.expect("an angle");
         let off = Vector3::from(errors) - found.errors;
-        told += off.dot(&(found.information * off)) / (3 * trials) as f64;
+        told += off.dot(&(found.covariance.try_inverse().expect("positive") * off)) / (3 * trials) as f64;
     }
     assert!(told > 0.6 && told < 1.6, "NEES per angle {told}");
 }

@@ -29,6 +29,7 @@ impl Points {
     }
 
     /// By how many standard deviations the textures agree better than by chance, where this homography carries rays to cells of the second.
+    #[inline(never)] // three callers would have it each in a page's first load; so below
     pub(super) fn agreement(&mut self, homography: &Matrix3<f32>, second: &Contrast) -> f32 {
         let Self { rays: [x, y], contrasts, cells } = self;
         let size = [second.width(), second.height()].map(|side| side as u32);

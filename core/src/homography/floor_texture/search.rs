@@ -69,7 +69,7 @@ fn of_step(
 
 /// The best of the steps round this one, ever nearer.
 fn climb(
-    mut agreement: impl FnMut(Vector2<f32>) -> f32,
+    agreement: &mut dyn FnMut(Vector2<f32>) -> f32,
     mut best: Vector2<f32>,
     mut apart: Vector2<f32>,
     rounds: usize,
@@ -98,6 +98,7 @@ struct Nearby {
 }
 
 impl Nearby {
+    #[inline(never)]
     fn of(
         rig: &PlanarRig<f32>,
         centre: Vector2<f32>,
@@ -122,6 +123,7 @@ impl Nearby {
         Self { centre, reach, points: points.collect() }
     }
 
+    #[inline(never)]
     fn agreement(&self, arc: Vector2<f32>, points: usize, second: &Contrast) -> f32 {
         let by = (arc - self.centre).component_div(&self.reach);
         let contrasts = self.points.iter().filter_map(|([middle, path, bend, turn], contrast)| {
@@ -133,6 +135,7 @@ impl Nearby {
 }
 
 /// H of rays on the floor, for a step along an arc.
+#[inline(never)]
 pub(super) fn floor_homography(rig: &PlanarRig<f32>, arc: Vector2<f32>) -> Matrix3<f32> {
     rig.view(&PlanarStep::new(arc.x, 0.0, arc.y)).homography()
 }
@@ -189,7 +192,7 @@ pub(super) fn search(
     let nearest = Vector2::new(apart.x * 0.125, apart.y * 0.5);
     let climbed = scanned.iter().take(FINALISTS).map(|(start, _)| {
         let nearby = Nearby::of(rig, *start, nearest, &few, cell);
-        climb(|arc| nearby.agreement(arc, few.len(), &to.fine), *start, nearest, 3)
+        climb(&mut |arc| nearby.agreement(arc, few.len(), &to.fine), *start, nearest, 3)
     });
     let wholly = |arc| of_step(rig, arc, &many, |ray| to.fine.between(cell(ray)?));
     let climbed: Vec<_> = climbed.map(|arc| (arc, wholly(arc))).collect();

@@ -14,6 +14,12 @@ const CHANGE: f64 = 1e-3;
 /// Angles beyond which a likelihood's curvature says nothing, rad.
 const FAR: f64 = 0.1;
 
+/// Of a positive definite matrix.
+#[inline(never)]
+fn inverse<T: Real>(matrix: SMatrix<T, STEP, STEP>) -> Option<SMatrix<T, STEP, STEP>> {
+    matrix.cholesky().map(|root| root.inverse())
+}
+
 /// What the mount's height, tilt, roll and yaw change.
 pub(super) struct ByMount<T> {
     /// ∂gradient/∂mount.
@@ -40,19 +46,20 @@ impl<T: Real> MotionProblem<'_, T> {
     ) -> Option<(SMatrix<T, STEP, STEP>, SMatrix<T, STEP, STEP>)> {
         let RefinedStep { step, sums, scene } = refined;
         let constrained = |hessian| self.constrained(step, &StepEquations { hessian, ..*sums }).0;
+        let inverse_of = |hessian| inverse(constrained(hessian));
         let trial = Trial::new(&self.rig, step, *scene);
         let observed = trial.parts(tracks).fold(SMatrix::zeros(), |sum, part| sum + part.information);
         // Far from its assumptions what is missing can be too much.
-        let certain = constrained(observed).cholesky();
-        let inverse = self.freed(certain.or_else(|| constrained(sums.hessian).cholesky())?.inverse());
+        let certain = inverse_of(observed);
+        let inverse = self.freed(certain.or_else(|| inverse_of(sums.hessian))?);
 
         // The priors are taken at their word.
         let prior = self.freed(constrained(SMatrix::zeros()));
         let mut covariance = inverse * prior * inverse;
         let mut squares = SVector::<T, STEP>::zeros();
         for part in trial.parts(tracks) {
-            let rest = constrained(observed - part.information).cholesky();
-            let rest = rest.map(|rest| self.freed(rest.inverse())).filter(|rest| {
+            let rest = inverse_of(observed - part.information);
+            let rest = rest.map(|rest| self.freed(rest)).filter(|rest| {
                 let most = T::lit(LEVERAGE);
                 rest.diagonal()
                     .iter()
@@ -81,6 +88,7 @@ impl<T: Real> MotionProblem<'_, T> {
     }
 
     /// The matrix without the parameters that are held fixed.
+    #[inline(never)]
     fn freed(&self, mut matrix: SMatrix<T, STEP, STEP>) -> SMatrix<T, STEP, STEP> {
         for (index, prior) in self.priors().into_iter().enumerate() {
             if prior.is_none() {
@@ -110,7 +118,7 @@ impl<T: Real> MotionProblem<'_, T> {
     }
 
     /// The likelihood's gradient and curvature by tilt, roll and yaw, the step's parameters taken out of the curvature (Schur's complement), as
-    /// errors with their information. `None` where it has no maximum there.
+    /// errors with their covariance. `None` where it has no maximum there.
     pub(super) fn mount_evidence(
         &self,
         by_mount: &ByMount<T>,
@@ -135,11 +143,13 @@ impl<T: Real> MotionProblem<'_, T> {
             Matrix3::new(tilt, tilt_roll, tilt_yaw, tilt_roll, roll, roll_yaw, tilt_yaw, roll_yaw, yaw);
         let step_by_angles = by_mount.gradient.fixed_columns::<3>(1).into_owned();
         let information = whole - step_by_angles.tr_mul(&(inverse * step_by_angles));
-        let errors = information.cholesky()?.solve(&gradient);
-        (errors.amax() < T::lit(FAR)).then_some(MountEvidence { errors, information })
+        let covariance = information.cholesky()?.inverse();
+        let errors = covariance * gradient;
+        (errors.amax() < T::lit(FAR)).then_some(MountEvidence { errors, covariance })
     }
 
     /// The matches' equations at the step, under another mount.
+    #[inline(never)]
     fn moved(
         &self,
         refined: &RefinedStep<T>,

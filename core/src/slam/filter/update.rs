@@ -106,6 +106,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     ///
     /// # Errors
     /// [`Error::OutOfRange`] when a number is not finite.
+    #[inline(never)] // three callers would have it three times in a page's first load
     pub fn update_shared(
         &mut self,
         difference: &Vector2<T>,
@@ -141,30 +142,26 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     }
 
     /// Corrects the mount's angles by `errors`, by how much tilt, roll and yaw are more than the filter has them (rad), a measurement of
-    /// this information; where the mount is no state nothing happens.
+    /// this covariance; where the mount is no state nothing happens.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] when a number is not finite, or the information not positive definite.
-    pub fn update_mount(&mut self, errors: &Vector3<T>, information: &Matrix3<T>) -> Result<()> {
-        let expected = "a positive definite information";
-        let value = information.m11.to_f64();
-        let root =
-            information.cholesky().ok_or(Error::OutOfRange { name: "information", value, expected })?;
-        // Lᵀ errors has a covariance of one: three measurements, taken in pairs.
-        let whitening = root.l().transpose();
-        let angles = |filter: &Self| {
-            filter.mount_error().map_or_else(Vector3::zeros, |error| error.fixed_rows::<3>(1).into())
-        };
-        let before = angles(self);
-        for pair in [[Some(0), Some(1)], [Some(2), None]] {
-            let left = errors - (angles(self) - before);
-            let (mut difference, mut by_mount) = (Vector2::zeros(), Matrix2x4::zeros());
-            for (row, of) in pair.into_iter().enumerate().filter_map(|(row, of)| Some((row, of?))) {
-                difference[row] = (whitening.row(of) * left).x;
-                by_mount.fixed_view_mut::<1, 3>(row, 1).copy_from(&whitening.row(of));
-            }
-            self.update_shared(&difference, &Matrix2::identity(), &by_mount, &Matrix2x3::zeros())?;
-        }
+    /// [`Error::OutOfRange`] when a number is not finite, or the covariance not positive definite.
+    pub fn update_mount(&mut self, errors: &Vector3<T>, covariance: &Matrix3<T>) -> Result<()> {
+        let Some(before) = self.mount_error() else { return Ok(()) };
+        // Tilt and roll, and then yaw, given those: yaw − k (tilt, roll) is independent of them.
+        let of_two = covariance.fixed_view::<2, 2>(0, 0).into_owned();
+        let with_yaw = covariance.fixed_view::<2, 1>(0, 2).into_owned();
+        let k = of_two.try_inverse().map_or_else(Vector2::zeros, |inverse| inverse * with_yaw);
+        let mut by_mount = Matrix2x4::zeros();
+        by_mount.fixed_view_mut::<2, 2>(0, 1).fill_with_identity();
+        self.update_shared(&errors.xy(), &of_two, &by_mount, &Matrix2x3::zeros())?;
+        let done = self.mount_error().unwrap_or(before) - before;
+        let row = Vector3::new(-k.x, -k.y, T::one());
+        by_mount.fill(T::zero());
+        by_mount.fixed_view_mut::<1, 3>(0, 1).copy_from(&row.transpose());
+        let left = row.dot(&(errors - done.fixed_rows::<3>(1)));
+        let noise = Matrix2::new(covariance.m33 - k.dot(&with_yaw), T::zero(), T::zero(), T::one());
+        self.update_shared(&Vector2::new(left, T::zero()), &noise, &by_mount, &Matrix2x3::zeros())?;
         Ok(())
     }
 
