@@ -257,7 +257,6 @@ impl<T: Real> VisualOdometry<T> {
     }
 
     /// What is known of the motion since the keyframe beforehand: the wheels', this step's too, or the last velocity held.
-    #[inline(never)] // two callers
     fn prior(
         &mut self,
         config: &OdometryConfig<T>,

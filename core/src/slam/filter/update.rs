@@ -106,7 +106,6 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     ///
     /// # Errors
     /// [`Error::OutOfRange`] when a number is not finite.
-    #[inline(never)] // three callers would have it three times in a page's first load
     pub fn update_shared(
         &mut self,
         difference: &Vector2<T>,
