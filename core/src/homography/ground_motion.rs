@@ -5,7 +5,7 @@ use super::motion_likelihood::{Membership, Scene, Shares, StepEquations, Track, 
 use super::planar::{PlanarRig, PlanarStep, STEP};
 use super::robust::meaningful;
 use super::sample::Sampler;
-use super::{Homography, Match};
+use super::{Homography, Jolt, Match};
 use crate::Real;
 use crate::geometry::{Pose, RangeFinder};
 use nalgebra::{Matrix2, Matrix3, Matrix3x4, SMatrix, SVector, Vector2, Vector3};
@@ -77,6 +77,8 @@ pub struct GroundMotion<T> {
     pub by_mount: Matrix3x4<T>,
     /// What the matches say of the mount, where they say anything.
     pub mount: Option<MountEvidence<T>>,
+    /// How the body pitched and rolled between the pictures; zero where the configuration holds that fixed.
+    pub attitude: Jolt<T>,
     /// ∂arc/∂(what was known of it beforehand): how much of the prior is in the step; zero without one.
     pub arc_by_prior: Matrix2<T>,
     /// Path along the arc (m) and turn (rad): v Δt and ω Δt of the paper's control.
@@ -439,6 +441,10 @@ impl<'a, T: Real> MotionProblem<'a, T> {
             covariance: pose_by_step * covariance * pose_by_step.transpose(),
             by_mount: pose_by_step * inverse * by_mount.gradient,
             mount: self.mount_evidence(&by_mount, refined, tracks, &inverse),
+            attitude: Jolt {
+                angles: step.0.fixed_rows::<2>(3).into_owned(),
+                covariance: covariance.fixed_view::<2, 2>(3, 3).into_owned(),
+            },
             arc_by_prior: self.prior.map_or_else(Matrix2::zeros, |(_, information)| {
                 Matrix2::new(inverse.m11, inverse.m13, inverse.m31, inverse.m33) * information
             }),

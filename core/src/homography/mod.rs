@@ -42,6 +42,7 @@ mod estimate;
 #[cfg(feature = "alloc")]
 mod floor_texture;
 mod ground_motion;
+mod jolt;
 mod matches;
 mod motion_likelihood;
 mod normal_equations;
@@ -59,6 +60,7 @@ pub use floor_texture::{FloorTexture, floor_matches};
 pub use ground_motion::{
     GroundMotion, GroundMotionConfig, MotionModel, MotionPrior, MountEvidence, NoMotion, ground_motion,
 };
+pub use jolt::Jolt;
 pub use matches::{Match, UNEVEN_VAR_PX2};
 pub use motion_likelihood::{Membership, Track};
 pub use odometry::{Disagreement, OdometryConfig, OdometryReport, VisualOdometry};

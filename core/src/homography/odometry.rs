@@ -1,6 +1,7 @@
 //! Visual odometry: the robot's motion picture by picture, measured against keyframes.
+use super::jolt::jolted;
 use super::motion_likelihood::Track;
-use super::{GroundMotion, GroundMotionConfig, Match, MotionPrior, NoMotion, ground_motion};
+use super::{GroundMotion, GroundMotionConfig, Jolt, Match, MotionPrior, NoMotion, ground_motion};
 use crate::Real;
 use crate::geometry::{Pose, RangeFinder, told_from_noise};
 use nalgebra::{Matrix2, Matrix2x3, Matrix2x4, Matrix3, Matrix3x2, Matrix3x4, SymmetricEigen, Vector2};
@@ -123,6 +124,8 @@ impl<T: Real> Blind<T> {
 pub struct OdometryReport<T> {
     /// The motion from the keyframe to this picture, or why there is none.
     pub motion: Result<GroundMotion<T>, NoMotion>,
+    /// How the camera was knocked between the keyframe and this picture, if it was.
+    pub jolt: Option<Jolt<T>>,
     /// previous_robot_from_robot: the step since the last picture.
     pub increment: Pose<T>,
     /// Covariance of the increment (dx, dy, dθ). Along a keyframe's pictures they add up to the keyframe's own
@@ -194,7 +197,9 @@ impl<T: Real> VisualOdometry<T> {
         tracks: &mut [Track<T>],
     ) -> OdometryReport<T> {
         let prior = self.prior(config, dt, odometry);
-        let motion = ground_motion(&config.motion, finder, matches, prior.as_ref(), tracks);
+        let rigid = ground_motion(&config.motion, finder, matches, prior.as_ref(), tracks);
+        let jolted = jolted(&rigid, &config.motion, finder, matches, prior.as_ref(), tracks);
+        let (motion, jolt) = jolted.map_or((rigid, None), |(motion, jolt)| (Ok(motion), Some(jolt)));
         let known = odometry.and(prior.as_ref());
         let motion = motion.and_then(|motion| match known {
             _ if motion.floor < config.least_floor => Err(NoMotion::NoConsensus),
@@ -207,7 +212,7 @@ impl<T: Real> VisualOdometry<T> {
             Err(_) => self.coast(config, odometry, dt),
         };
         let disagreement = match (&motion, odometry) {
-            (Ok(motion), Some(_)) => prior.map(|wheels| disagreement(&wheels, motion)),
+            (Ok(motion), Some(_)) if jolt.is_none() => prior.map(|wheels| disagreement(&wheels, motion)),
             _ => None,
         };
         let slip = config.slip * increment.position().norm();
@@ -216,6 +221,7 @@ impl<T: Real> VisualOdometry<T> {
         let path = self.since_keyframe.position().norm() + increment.position().norm();
         let turn = self.since_keyframe.heading.abs() + increment.heading.abs();
         let new_keyframe = motion.as_ref().map_or(true, |motion| motion.floor < config.keyframe_floor)
+            || jolt.is_some()
             || path > config.keyframe_path * finder.mount().height()
             || turn > config.keyframe_turn;
         if new_keyframe {
@@ -226,6 +232,7 @@ impl<T: Real> VisualOdometry<T> {
             measured: motion.is_ok(),
             disagreement: disagreement.filter(|_| new_keyframe),
             motion,
+            jolt,
             increment,
             increment_covariance,
             increment_by_mount: by_mount,

@@ -215,10 +215,14 @@ impl<S: Storage> Pipeline<S> {
                 Some(Vector2::new(step.increment.delta.x, step.increment.delta.z) / seconds);
         }
         (pictures.steps, pictures.moved_early) = (None, false);
-        let (waiting, filter) = (pictures.waiting.take(), self.map.filter_mut());
+        let waiting = pictures.waiting.take();
         match (moved_by, step, waiting) {
             (MovedBy::Pictures | MovedBy::Both | MovedBy::Held, Some(step), _) => {
-                filter.predict_seen(time, &step.increment, &step.by_mount, &step.by_wheels)?;
+                self.map.filter_mut().predict_seen(time, &step.increment, &step.by_mount, &step.by_wheels)?;
+                if let Some(jolt) = &step.jolt {
+                    self.map.take_jolt(&jolt.angles, &jolt.covariance);
+                }
+                let filter = self.map.filter_mut();
                 if let Some(evidence) = step.mount.as_ref().filter(|_| steady && sway == 0.0) {
                     filter.update_mount(&evidence.errors, &evidence.covariance)?;
                 }
@@ -227,7 +231,7 @@ impl<S: Storage> Pipeline<S> {
                     filter.update_shared(&by.arc, &by.covariance, &by.by_mount, &by.by_wheels)?;
                 }
             }
-            (_, _, Some(waiting)) => filter.predict_driven(time, &waiting)?,
+            (_, _, Some(waiting)) => self.map.filter_mut().predict_driven(time, &waiting)?,
             _ => {}
         }
         Ok(moved_by)

@@ -10,7 +10,7 @@
 use crate::features::{Detector, FeatureKind, Features, MatchConfig, SiftConfig};
 use crate::geometry::{Camera, RangeFinder};
 use crate::homography::{
-    Disagreement, FloorTexture, GroundMotion, HomographyConfig, HomographyEstimate, Match, MotionPrior,
+    Disagreement, FloorTexture, GroundMotion, HomographyConfig, HomographyEstimate, Jolt, Match, MotionPrior,
     MountEvidence, NoMotion, OdometryConfig, Track, VisualOdometry, estimate_homography, floor_matches,
 };
 use crate::image::Grey;
@@ -81,6 +81,8 @@ pub struct VisualStep {
     pub disagreement: Option<Disagreement<f32>>,
     /// What the matches say of the mount, where a keyframe ends, as far as it can be taken for knowledge.
     pub mount: Option<MountEvidence<f32>>,
+    /// How the camera was knocked since the keyframe, if it was.
+    pub jolt: Option<Jolt<f32>>,
     /// Whether the pictures gave it; else the last velocity was held.
     pub measured: bool,
     /// Matches with the keyframe.
@@ -242,7 +244,8 @@ impl VisualMotion {
             disagreement: report
                 .disagreement
                 .map(|one| Disagreement { covariance: one.covariance * factor, ..one }),
-            mount: mount.filter(|_| report.new_keyframe),
+            mount: mount.filter(|_| report.new_keyframe && report.jolt.is_none()),
+            jolt: report.jolt.map(|jolt| Jolt { covariance: jolt.covariance * factor, ..jolt }),
             measured: report.measured,
             matches: matches.len(),
             motion: report.motion,

@@ -149,8 +149,10 @@ pub struct Health<T> {
     pub measurements: u32,
     /// The last measurement's ratio of the eigenvalues of S: 1e6 in `f32` leaves no digit.
     pub condition: T,
-    /// How often the camera seems to have been knocked.
+    /// How often the camera seems to have been knocked, by the map's corners.
     pub knocks: u32,
+    /// How often pictures saw it knocked, and by how much.
+    pub jolts: u32,
     /// What the frames say, beside the measurements.
     pub frames: FrameHealth<T>,
     window: [T; WINDOW],
@@ -236,6 +238,7 @@ impl<T: Real> Default for Health<T> {
             measurements: 0,
             condition: T::one(),
             knocks: 0,
+            jolts: 0,
             frames: FrameHealth::default(),
             window: [T::one(); WINDOW],
         }

@@ -1,8 +1,16 @@
-//! The mount's angles let go, as after a knock.
-use super::{Filter, ROBOT};
+//! The mount's angles after a knock: let go, or turned as pictures saw it.
+//!
+//! ```text
+//! (tilt, roll) ← (tilt, roll) + (pitch, roll),   P += A Σ Aᵀ,   yaw ← yaw + κ,   heading ← heading − κ
+//! ```
+//!
+//! Nobody sees κ, how far the camera was turned about the vertical: the pictures took it for a turn of the robot. It has the size of what they
+//! saw of the other two.
+use super::{Covariance, Filter, ROBOT};
 use crate::Real;
 use crate::geometry::MOUNT_STD_BY_HAND;
 use crate::slam::landmark::Landmark;
+use nalgebra::{Matrix2, Vector2};
 
 /// Where tilt, roll and yaw of the mount stand in the state.
 pub(super) const ANGLES: [usize; 3] = [ROBOT + 1, ROBOT + 2, ROBOT + 3];
@@ -17,6 +25,26 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             p.set(at, at, variance + let_go);
         }
         before
+    }
+
+    /// Turns the mount by the pitch and roll that pictures saw, of this covariance. For a mount that is estimated, and a packed covariance; elsewhere nothing happens.
+    pub(in crate::slam) fn turn_mount(&mut self, angles: &Vector2<T>, covariance: &Matrix2<T>) {
+        if self.config.mount_std.is_none() || self.config.covariance != Covariance::Packed {
+            return;
+        }
+        let [tilt, roll, yaw] = ANGLES;
+        let (heading, seen, unseen) = (ROBOT - 1, covariance, angles.norm_squared());
+        let mut parts = self.parts();
+        for (at, angle) in [tilt, roll].into_iter().zip(angles.iter()) {
+            parts.add(at, *angle);
+        }
+        let mut grown = |row: usize, column: usize, by: T| parts.p.set(row, column, parts.p.at(row, column) + by);
+        for (row, column, by) in [(tilt, tilt, seen.m11), (roll, tilt, seen.m12), (roll, roll, seen.m22)] {
+            grown(row, column, by);
+        }
+        for (row, column, by) in [(heading, heading, unseen), (yaw, heading, -unseen), (yaw, yaw, unseen)] {
+            grown(row, column, by);
+        }
     }
 
     /// Takes that back.

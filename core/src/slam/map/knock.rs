@@ -12,6 +12,7 @@ use crate::Real;
 use crate::association::Candidate;
 use crate::slam::filter::Covariance;
 use crate::slam::landmark::{Landmark, Status};
+use nalgebra::{Matrix2, Vector2};
 
 /// Pairs that a trial must bring.
 const LEAST: usize = 3;
@@ -43,6 +44,12 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     /// Whether the pairs with the angles let go are worth it.
     pub(super) fn explains(&self, before: usize, pairs: &[Candidate<T>]) -> bool {
         self.witnesses(pairs) >= before + LEAST
+    }
+
+    /// Turns the mount as pictures saw it turned: by pitch and roll (rad), of this covariance.
+    pub fn take_jolt(&mut self, angles: &Vector2<T>, covariance: &Matrix2<T>) {
+        self.filter.turn_mount(angles, covariance);
+        self.health.jolts = self.health.jolts.saturating_add(1);
     }
 
     /// Deletes what was born since the last frames and not seen in this one: under the mount as it was.
