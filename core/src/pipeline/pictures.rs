@@ -21,6 +21,10 @@ use alloc::boxed::Box;
 use alloc::vec::Vec;
 use nalgebra::Vector2;
 
+/// By how much the camera's yaw may change over a metre driven, rad: a knock about the vertical looks like a turn of the robot, and what is
+/// driven after it tells them apart only if the yaw was not held for certain.
+const YAW_WALK: f32 = 0.0009;
+
 /// Keyframe, corners in it, and the picture at hand.
 #[derive(Clone, Debug)]
 pub(super) struct Pictures {
@@ -219,6 +223,8 @@ impl<S: Storage> Pipeline<S> {
         match (moved_by, step, waiting) {
             (MovedBy::Pictures | MovedBy::Both | MovedBy::Held, Some(step), _) => {
                 self.map.filter_mut().predict_seen(time, &step.increment, &step.by_mount, &step.by_wheels)?;
+                let metres = step.increment.delta.xy().norm();
+                self.map.filter_mut().change_yaw(YAW_WALK * libm::sqrtf(metres));
                 if let Some(jolt) = &step.jolt {
                     self.map.take_jolt(&jolt.angles, &jolt.covariance);
                 }

@@ -16,12 +16,21 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
     /// Lets tilt and roll change by `sway` (rad) from the last picture to the next, and each angle by what the configuration says of
     /// the mount. For a mount that is estimated, and a packed covariance; others stay as they are.
     pub(crate) fn sway(&mut self, sway: T) {
+        let (sway, walk) = (sway * sway, self.config.mount_walk * self.config.mount_walk);
+        self.change_angles([sway + walk, sway + walk, walk]);
+    }
+
+    /// Lets the yaw change by this standard deviation, rad.
+    pub(crate) fn change_yaw(&mut self, std: T) {
+        self.change_angles([T::zero(), T::zero(), std * std]);
+    }
+
+    /// Lets tilt, roll and yaw change by these variances.
+    fn change_angles(&mut self, changes: [T; 3]) {
         let Some(first) = self.config.mount_std else { return };
         if self.config.covariance != Covariance::Packed {
             return;
         }
-        let (sway, walk) = (sway * sway, self.config.mount_walk * self.config.mount_walk);
-        let changes = [sway + walk, sway + walk, walk];
         let size = self.size;
         let parts = self.parts();
         let mut p = parts.p;
