@@ -22,6 +22,7 @@ pub struct Report {
     pub(crate) without_range: u32,
     pub(crate) no_room: u32,
     pub(crate) held: bool,
+    pub(crate) knocked: bool,
     pub(crate) carried_by: Carrier,
 }
 
@@ -87,6 +88,12 @@ impl Report {
         self.held
     }
 
+    /// Whether the camera seems to have been knocked since the last picture.
+    #[wasm_bindgen(getter)]
+    pub fn knocked(&self) -> bool {
+        self.knocked
+    }
+
     /// What carried the corners into this picture: 0 the floor's homography, 1 the free one, 2 the map.
     #[wasm_bindgen(getter, js_name = carriedBy)]
     pub fn carried_by(&self) -> usize {
@@ -125,6 +132,7 @@ impl Report {
             without_range: seen.without_range,
             no_room: seen.map.no_room,
             held: seen.moved_by == MovedBy::Held,
+            knocked: seen.map.knocked,
             carried_by: seen.carried_by,
             pose: [pose.x, pose.y, pose.heading],
             covariance: [c.m11, c.m12, c.m13, c.m22, c.m23, c.m33],

@@ -53,6 +53,9 @@ fn lines(out: &mut String, run: &Run, folder: &Path) -> fmt::Result {
     writeln!(out, "  end, 1σ    {:.3} m, {:.2}°", x.hypot(y), heading.to_degrees())?;
     let (landmarks, measured) = (run.map.len(), run.observations.len());
     writeln!(out, "  landmarks  {landmarks} from {measured} {}", run.subject.long())?;
+    if let Some(when) = run.knocked_when() {
+        writeln!(out, "  camera     knocked {when}")?;
+    }
     if let Some(InMap { map, found_after_s, found_after_m, recognised, .. }) = &run.in_map {
         match found_after_s.zip(*found_after_m) {
             Some((seconds, metres)) => writeln!(

@@ -313,6 +313,7 @@ impl<'a> Drive<'a> {
         self.run.trajectory.push(Stamped { time, pose, covariance: Some(report.pose_covariance.cast()) });
         self.run.without_range += report.without_range;
         self.run.no_room += report.map.no_room;
+        self.run.knocked.extend(report.map.knocked.then_some(time));
         if let Some(unmeasured) = &mut self.run.unmeasured {
             *unmeasured += usize::from(report.moved_by == MovedBy::Held);
         }

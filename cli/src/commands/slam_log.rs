@@ -344,6 +344,7 @@ impl Arguments {
             without_range: 0,
             no_room,
             warnings: Vec::new(),
+            knocked: Vec::new(),
             unmeasured: None,
             carried: None,
             in_map: None,

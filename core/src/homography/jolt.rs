@@ -30,8 +30,8 @@ const FREE: f64 = 0.1;
 const LEAST: f64 = 0.3 * core::f64::consts::PI / 180.0;
 const SURE: f64 = 8.0;
 const BETTER: f64 = 3.0;
-/// Matches on the floor that tell it.
-const ON_FLOOR: f64 = 12.0;
+/// Matches on the floor that tell it, at least.
+const ON_FLOOR: f64 = 8.0;
 
 /// The motion with a jolt, where that explains the matches of a motion that was sought without one.
 pub(super) fn jolted<T: Real>(

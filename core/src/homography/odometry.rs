@@ -181,7 +181,7 @@ impl<T: Real> VisualOdometry<T> {
 
     /// The motion over a picture whose features were matched with the keyframe's: `matches` run from the keyframe to
     /// this picture, `dt` is the time since the last picture (s), `odometry` the wheels' step since then, if there
-    /// are wheels; `tracks` receives where each match's point is.
+    /// are wheels; `tracks` is memory to work in, a place for each match.
     ///
     /// Nothing is known of the first step's length without odometry; from then on the last velocity, changed by the
     /// accelerations of the configuration, helps to find it. Where the pictures give none, the last velocity itself

@@ -270,6 +270,11 @@ impl<T: Real> Health<T> {
         self.condition = (mean + spread) / (mean - spread).max(T::default_epsilon() * mean);
     }
 
+    /// How often the camera was knocked, by the map's corners and by pictures.
+    pub(in crate::slam) fn knocked(&self) -> u32 {
+        self.knocks.saturating_add(self.jolts)
+    }
+
     /// Mean of the normalised innovation squared a degree of freedom, over the last 64 measurements (1 before
     /// there are any).
     pub fn mean_nis(&self) -> T {
@@ -299,7 +304,7 @@ impl<T: Real> Health<T> {
             (frames.last.is_some_and(|frame| frame.resets > 0), Reason::Indefinite),
             (frames.heading_variance > lost, Reason::Heading),
             (self.beyond_gate_in_a_row >= RUN, Reason::BeyondGate),
-            (self.knocks >= KNOCKS, Reason::Attitude),
+            (self.knocked() >= KNOCKS, Reason::Attitude),
             (told && self.mean_nis() > T::lit(1.5), Reason::Innovations),
             (uncertain, Reason::Uncertain),
             (strange, Reason::Association),

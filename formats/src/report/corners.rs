@@ -34,6 +34,7 @@ impl Run {
             observations: Vec::new(),
             without_range: 0,
             no_room: 0,
+            knocked: Vec::new(),
             unmeasured: None,
             carried: None,
             in_map: None,

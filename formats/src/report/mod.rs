@@ -103,6 +103,8 @@ pub struct Run {
     pub without_range: u32,
     /// Landmarks for which there was no room.
     pub no_room: u32,
+    /// When the camera seems to have been knocked, seconds.
+    pub knocked: Vec<f64>,
     /// Steps that the pictures did not give, where the motion comes from them.
     pub unmeasured: Option<usize>,
     /// Who predicted the corners' pixels, where a homography was to carry them.
@@ -185,6 +187,8 @@ pub struct Summary<'a> {
     births_without_room: u32,
     #[serde(skip_serializing_if = "Option::is_none")]
     visual_steps_not_measured: Option<usize>,
+    #[serde(skip_serializing_if = "<[f64]>::is_empty")]
+    camera_knocked_at: &'a [f64],
     corners_carried_by: Option<Carried>,
     #[serde(skip_serializing_if = "Option::is_none")]
     in_map: &'a Option<InMap>,
@@ -298,6 +302,17 @@ impl Run {
         }
     }
 
+    /// When the camera seems to have been knocked, in words.
+    pub fn knocked_when(&self) -> Option<String> {
+        let (first, more) = self.knocked.split_first()?;
+        let often = match more.len() {
+            0 => String::new(),
+            1 => " and once more".to_owned(),
+            more => format!(" and {more} times after that"),
+        };
+        Some(format!("{:.1} s after the start{often}", first - self.start()))
+    }
+
     /// What `report.json` holds.
     pub fn summary(&self) -> Summary<'_> {
         let end = self.trajectory.last().map(|stamped| stamped.pose).unwrap_or_default();
@@ -320,6 +335,7 @@ impl Run {
             corners_without_range: corners.then_some(self.without_range),
             births_without_room: self.no_room,
             visual_steps_not_measured: self.unmeasured,
+            camera_knocked_at: &self.knocked,
             corners_carried_by: self.carried,
             in_map: &self.in_map,
             decisions: self.decisions(),

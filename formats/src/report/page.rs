@@ -123,6 +123,9 @@ fn remarks(run: &Run) -> Vec<String> {
             ),
         });
     }
+    if let Some(when) = run.knocked_when() {
+        remarks.push(format!("The camera seems to have been knocked {when}; its mount was estimated anew."));
+    }
     if let Some(Carried { floor, free, map }) = run.carried {
         remarks.push(format!(
             "The corners of {floor} pictures were predicted by the floor’s homography, of {free} by the free one, and of {map} \

@@ -35,6 +35,17 @@ fn corridor(
     noise: &mut Noise,
     finder: &RangeFinder<f64>,
     step: &Pose<f64>,
+    counts: [usize; 3],
+    sigma: f64,
+) -> Vec<Match<f64>> {
+    corridor_seen_by(noise, [finder, finder], step, counts, sigma)
+}
+
+/// The same, where the camera may sit otherwise in the second picture.
+fn corridor_seen_by(
+    noise: &mut Noise,
+    [before, after]: [&RangeFinder<f64>; 2],
+    step: &Pose<f64>,
     [floor, walls, wrong]: [usize; 3],
     sigma: f64,
 ) -> Vec<Match<f64>> {
@@ -49,8 +60,8 @@ fn corridor(
             let side = if noise.uniform(0.0, 1.0) < 0.5 { -1.0 } else { 1.0 };
             Vector3::new(ahead, side, noise.uniform(0.0, 2.5))
         };
-        let after = step.inverse_transform(point.xy()).push(point.z);
-        if let (Some(a), Some(b)) = (pixel(finder, point), pixel(finder, after)) {
+        let then = step.inverse_transform(point.xy()).push(point.z);
+        if let (Some(a), Some(b)) = (pixel(before, point), pixel(after, then)) {
             matches.push(Match::new(a + jitter(noise), b + jitter(noise), sigma * sigma, sigma * sigma));
         }
     }
@@ -219,4 +230,39 @@ fn matches_of_a_floor_tell_by_how_much_the_mount_is_off() {
         told += off.dot(&(found.covariance.try_inverse().expect("positive") * off)) / (3 * trials) as f64;
     }
     assert!(told > 0.6 && told < 1.6, "NEES per angle {told}");
+}
+
+#[test]
+fn a_camera_that_is_knocked_between_two_pictures_says_by_how_much() {
+    let before = finder::<f64>();
+    let truth = Pose::new(0.12, 0.002, 0.03);
+    for (seed, knock) in (1_u64..).zip([[0.0, 0.0], [1.0, 0.0], [0.0, -1.0], [-2.5, 1.5]]) {
+        let mut parameters = before.mount().parameters();
+        for (parameter, degrees) in parameters.iter_mut().skip(1).zip(knock) {
+            *parameter += f64::to_radians(degrees);
+        }
+        let after = RangeFinder::new(*before.camera(), Mount::new(parameters).expect("a mount"));
+        let matches = corridor_seen_by(&mut Noise::new(seed), [&before, &after], &truth, [80, 60, 30], 0.3);
+        let mut tracks = vec![Track::default(); matches.len()];
+        let mut odometry = VisualOdometry::new();
+        let report = odometry.step(&OdometryConfig::default(), &before, &matches, 0.5, None, &mut tracks);
+        if knock == [0.0; 2] {
+            assert_eq!(report.jolt, None);
+            continue;
+        }
+        let jolt = report.jolt.expect("it was knocked");
+        let body = after.robot_from_cam() * before.robot_from_cam().transpose();
+        let error = jolt.angles - Vector2::new(body.m13, body.m32);
+        println!(
+            "{knock:?}: {:?} ± {:?}",
+            jolt.angles.map(f64::to_degrees),
+            jolt.covariance.diagonal().map(f64::sqrt)
+        );
+        assert!(error.amax() < 0.002, "{knock:?}: {error}");
+        assert!(
+            report.new_keyframe && (report.increment.x - truth.x).abs() < 0.004,
+            "{:?}",
+            report.increment
+        );
+    }
 }

@@ -2,11 +2,13 @@
 //! but for their noise. With pictures: `cargo run -p monorange-tests --example trouble`.
 use monorange_core::geometry::{Mount, RangeFinder, wrap_angle};
 use monorange_core::lines::Corner;
-use monorange_core::pipeline::{Config, Memory, MotionNoise, Odometry, OnHeap, Pipeline};
+use monorange_core::pipeline::{
+    Carrier, Config, Memory, MotionFrom, MotionNoise, Odometry, OnHeap, Pipeline,
+};
 use monorange_core::slam::Verdict;
 use monorange_sim::{Scene, SceneConfig, SimConfig, Simulation, TrueCorner, default_rig};
 use monorange_tests::Noise;
-use monorange_tests::corridor::{config_for, median};
+use monorange_tests::corridor::{Trouble, config_for, median, run_into};
 use nalgebra::{Matrix2, Vector3};
 
 const FRAMES: usize = 400;
@@ -164,6 +166,44 @@ fn a_camera_that_is_knocked_by_a_degree_is_noticed_and_its_tilt_found_anew() {
         println!("  that may give way: {error:.3}°, NEES/3 {}", found.nees);
         assert!((f64::from(error) - tilt).abs() < 0.1 && found.nees < 3.0, "{error}°, NEES/3 {}", found.nees);
     }
+}
+
+/// With pictures: where they move the robot, the floor says what the corners do not.
+#[test]
+#[ignore = "golden run: cargo xtask test"]
+fn a_camera_that_is_knocked_while_pictures_move_the_robot_is_estimated_anew() {
+    let without_wheels = |config| Config { motion_from: MotionFrom::Pictures, ..config };
+    let by_floor = |config| Config { carrier: Carrier::Floor, ..config };
+    let cases: [(&str, usize, &(dyn Fn(Config) -> Config + Sync)); 3] =
+        [("tilt", 1, &by_floor), ("roll", 2, &without_wheels), ("yaw", 3, &by_floor)];
+    std::thread::scope(|scope| {
+        for (angle, parameter, mode) in cases {
+            scope.spawn(move || {
+                let straight = walked(31, default_rig().unwrap());
+                let mut parameters = straight.rig().mount().parameters();
+                parameters[parameter] += 1_f64.to_radians();
+                let knocked =
+                    walked(31, RangeFinder::new(*straight.rig().camera(), Mount::new(parameters).unwrap()));
+                let trouble = Trouble { knock: Some((KNOCKED / 2, &knocked)), ..Trouble::default() };
+                let score = run_into(&straight, mode(config_for(&straight).unwrap()), &trouble).unwrap();
+                let found = score.mount[0][parameter].to_degrees();
+                println!(
+                    "{angle}: {found:.2}°, {:.3} in 3σ, NEES/3 {:.2}",
+                    score.within_3_sigma,
+                    score.nees / 3.0
+                );
+                assert!(score.within_3_sigma > 0.9 && score.nees < 6.0, "{angle}");
+            });
+        }
+    });
+}
+
+/// Pictures of a drive in which the camera is knocked half-way.
+const KNOCKED: usize = 240;
+
+fn walked(seed: u64, rig: RangeFinder<f64>) -> Simulation {
+    let scene = Scene::corridor(&SceneConfig { seed, ..Default::default() });
+    Simulation::new(scene, rig, SimConfig { seed, frames: KNOCKED, ..Default::default() }).unwrap()
 }
 
 #[test]

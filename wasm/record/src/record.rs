@@ -98,6 +98,8 @@ pub struct Record {
     pub unmeasured: Option<usize>,
     /// Where a homography was to carry corners: pictures in which the floor's, the free one, or none did.
     pub carried: Option<[usize; 3]>,
+    /// When the camera seems to have been knocked, seconds.
+    pub knocked: Vec<f64>,
     /// The filter's verdict on itself.
     pub verdict: Verdict,
     /// What speaks against the filter, in words; empty where nothing does.

@@ -187,6 +187,7 @@ impl Results {
         run.map = record.map.iter().map(|point| map_point(point, record.start)).collect();
         (run.without_range, run.no_room) = (record.without_range, record.no_room);
         run.unmeasured = record.unmeasured;
+        run.knocked.clone_from(&record.knocked);
         run.carried = record.carried.map(|[floor, free, map]| Carried { floor, free, map });
         run.verdict = record.verdict.into();
         run.reason = Reason::ALL.into_iter().find(|reason| reason.as_str() == record.reason);

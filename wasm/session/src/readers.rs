@@ -370,6 +370,8 @@ extern "C" {
     pub fn no_room(this: &Report) -> u32;
     #[wasm_bindgen(method, getter)]
     pub fn held(this: &Report) -> bool;
+    #[wasm_bindgen(method, getter)]
+    pub fn knocked(this: &Report) -> bool;
     #[wasm_bindgen(method, getter, js_name = carriedBy)]
     pub fn carried_by(this: &Report) -> usize;
     #[wasm_bindgen(method)]

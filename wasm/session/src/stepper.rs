@@ -40,6 +40,7 @@ pub(crate) enum Used {
         frame: Box<Frame>,
         landmarks: Vec<f32>,
         held: bool,
+        knocked: bool,
         carried_by: usize,
         without_range: u32,
         no_room: u32,
@@ -51,7 +52,8 @@ pub(crate) enum Used {
 pub(crate) fn note(record: &mut Record, used: Used) {
     match used {
         Used::No(reason) => record.left_out.push(reason),
-        Used::Frame { frame, landmarks, held, carried_by, without_range, no_room } => {
+        Used::Frame { frame, landmarks, held, knocked, carried_by, without_range, no_room } => {
+            record.knocked.extend(knocked.then_some(frame.time));
             // Nothing can be carried into the first picture.
             let carried = record.carried.as_mut().filter(|_| !record.used.is_empty());
             if let Some(count) = carried.and_then(|counts| counts.get_mut(carried_by)) {
@@ -204,6 +206,7 @@ impl Stepper {
             frame: Box::new(Frame { index, time, pose, covariance, moved, corners, stages_ms }),
             landmarks,
             held: report.held(),
+            knocked: report.knocked(),
             carried_by: report.carried_by(),
             without_range: report.without_range(),
             no_room: report.no_room(),

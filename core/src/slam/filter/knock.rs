@@ -38,7 +38,8 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
         for (at, angle) in [tilt, roll].into_iter().zip(angles.iter()) {
             parts.add(at, *angle);
         }
-        let mut grown = |row: usize, column: usize, by: T| parts.p.set(row, column, parts.p.at(row, column) + by);
+        let mut grown =
+            |row: usize, column: usize, by: T| parts.p.set(row, column, parts.p.at(row, column) + by);
         for (row, column, by) in [(tilt, tilt, seen.m11), (roll, tilt, seen.m12), (roll, roll, seen.m22)] {
             grown(row, column, by);
         }
@@ -60,4 +61,30 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
 pub(super) fn let_go<T: Real>() -> [T; 4] {
     let [_, tilt, roll, yaw, ..] = MOUNT_STD_BY_HAND.map(|std| T::lit(std * std));
     [T::zero(), tilt, roll, yaw]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Pose;
+    use crate::slam::FilterConfig;
+    use nalgebra::Matrix3;
+
+    #[test]
+    fn a_turned_mount_is_known_where_it_was_seen_and_its_yaw_is_the_heading_the_other_way() {
+        let config = FilterConfig { mount_std: Some([0.005, 0.01, 0.01, 0.01]), ..FilterConfig::default() };
+        let mut filter = Filter::on_heap(1, Pose::default(), Matrix3::zeros(), config).unwrap();
+        let (angles, seen) = (Vector2::new(0.02, -0.01), Matrix2::new(1e-6, 1e-7, 1e-7, 2e-6));
+        filter.turn_mount(&angles, &seen);
+        assert_eq!(filter.mount_error().unwrap().fixed_rows::<2>(1), angles);
+        let [tilt, roll, yaw] = ANGLES;
+        let (heading, at) = (ROBOT - 1, |row: usize, column: usize| filter.covariance_at(row, column));
+        let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-15, "{a} {b}");
+        near(at(tilt, tilt), 1e-4 + seen.m11);
+        near(at(roll, roll), 1e-4 + seen.m22);
+        near(at(tilt, roll), seen.m12);
+        // What a corner's bearing in the world hangs on is as certain as before.
+        near(at(heading, heading) + 2.0 * at(heading, yaw) + at(yaw, yaw), 1e-4);
+        near(at(heading, heading), angles.norm_squared());
+    }
 }

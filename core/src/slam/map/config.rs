@@ -199,6 +199,6 @@ pub struct MapReport {
     pub candidates_dropped: u32,
     /// Whether the joint search ran out of nodes.
     pub search_truncated: bool,
-    /// Whether the mount's angles were let go, for the camera seems to have been knocked.
+    /// Whether the camera seems to have been knocked: the mount's angles were let go, or turned as pictures saw it.
     pub knocked: bool,
 }

@@ -155,7 +155,7 @@ impl<T: Real, S: AsRef<[T]> + AsMut<[T]>, L: AsRef<[Landmark<T>]> + AsMut<[Landm
             updates: report.updates,
             refused: report.gated + report.ambiguous,
             births: report.births,
-            moved: self.filter.moved(self.health.knocks.saturating_add(self.health.jolts)),
+            moved: self.filter.moved(self.health.knocked()),
         }
     }
 
