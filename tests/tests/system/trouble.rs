@@ -172,12 +172,14 @@ fn a_camera_that_is_knocked_by_a_degree_is_noticed_and_its_tilt_found_anew() {
 #[test]
 #[ignore = "golden run: cargo xtask test"]
 fn a_camera_that_is_knocked_while_pictures_move_the_robot_is_estimated_anew() {
-    let without_wheels = |config| Config { motion_from: MotionFrom::Pictures, ..config };
-    let by_floor = |config| Config { carrier: Carrier::Floor, ..config };
-    let cases: [(&str, usize, &(dyn Fn(Config) -> Config + Sync)); 3] =
-        [("tilt", 1, &by_floor), ("roll", 2, &without_wheels), ("yaw", 3, &by_floor)];
+    let (wheels, none) = (MotionFrom::ByCarrier, MotionFrom::Pictures);
+    let cases = [
+        ("tilt", 1, Carrier::Floor, wheels),
+        ("roll", 2, Carrier::Map, none),
+        ("yaw", 3, Carrier::Floor, wheels),
+    ];
     std::thread::scope(|scope| {
-        for (angle, parameter, mode) in cases {
+        for (angle, parameter, carrier, motion_from) in cases {
             scope.spawn(move || {
                 let straight = walked(31, default_rig().unwrap());
                 let mut parameters = straight.rig().mount().parameters();
@@ -185,7 +187,8 @@ fn a_camera_that_is_knocked_while_pictures_move_the_robot_is_estimated_anew() {
                 let knocked =
                     walked(31, RangeFinder::new(*straight.rig().camera(), Mount::new(parameters).unwrap()));
                 let trouble = Trouble { knock: Some((KNOCKED / 2, &knocked)), ..Trouble::default() };
-                let score = run_into(&straight, mode(config_for(&straight).unwrap()), &trouble).unwrap();
+                let config = Config { carrier, motion_from, ..config_for(&straight).unwrap() };
+                let score = run_into(&straight, config, &trouble).unwrap();
                 let found = score.mount[0][parameter].to_degrees();
                 println!(
                     "{angle}: {found:.2}°, {:.3} in 3σ, NEES/3 {:.2}",
