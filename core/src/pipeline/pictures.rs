@@ -23,7 +23,7 @@ use nalgebra::Vector2;
 
 /// By how much the camera's yaw may change over a metre driven, rad, chosen on four simulated drives that knock it by a degree: a knock about the vertical looks like a turn of the robot, and what is
 /// driven after it tells them apart only if the yaw was not held for certain.
-const YAW_WALK: f32 = 0.0005;
+const YAW_WALK: f32 = 0.0009;
 
 /// Keyframe, corners in it, and the picture at hand.
 #[derive(Clone, Debug)]
